@@ -25,7 +25,7 @@ SHARES = {"%": 1e-2, "‰": 1e-3, "permille": 1e-3, "1": 1.0}
 """Units of what is told as a share of a nominal value."""
 EVERY_SECOND = "every second run"
 SMOOTH, HELD = "smooth", "held"
-LOAD, MOTOR = "load", "motor"
+LOAD, MOTOR, DUAL = "load", "motor", "dual"
 
 TABLES = ("rig", "time", "columns", "parameters", "uncertain", "calibrate", "logs", "fleet")
 HEAD: dict[str, type] = {"name": str, "kind": str, "description": str, "linear": bool, "run": str, "known": list, "system": str, "drives": list,
@@ -50,7 +50,7 @@ CHOICES = {
     "hold_out": ("", EVERY_SECOND),
     "inputs": ("", SMOOTH, HELD),
     "simulate": ("", "open", "closed", "whole", "parts"),
-    "loop": ("", LOAD, MOTOR),
+    "loop": ("", LOAD, MOTOR, DUAL),
 }
 
 
@@ -117,7 +117,7 @@ class Rig:
     simulate: str = (
         ""  # forward rigs: the whole drive, "open" | "closed" | "whole"; "parts": each component on its measured inputs
     )
-    loop: str = ""  # LOAD | MOTOR: at which shaft the controller's sensors are; "": the load's, or as the log tells
+    loop: str = ""  # LOAD | MOTOR: at which shaft the controller's sensors are; DUAL: its angle's at the load, its speed's at the motor; "": the load's, or as the log tells
     smoothing: float = 0.0  # s over which motions and torques are smoothed alike; 0: chosen by their noise
     logs: dict[str, dict[str, float]] = field(default_factory=dict)  # other parameters for logs whose name fits a pattern
     system: Path | None = None  # an FMU system to replay instead of a drive

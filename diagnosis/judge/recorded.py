@@ -15,7 +15,7 @@ from ..residuals import drive, driven, whole
 from ..residuals.channels import Channels
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.forward import swinging
-from ..residuals.recorder import counts, ticks
+from ..residuals.recorder import commanded, counts, ticks
 from ..residuals.rounding import sees_counts
 from ..rules import RULES
 from ..search.fit import Fit
@@ -44,7 +44,7 @@ def recorded(problem: Problem, final: Fit, why: str, given: Rig) -> dict:
     found["assumed"] = _assumed_of_whole(ch) + _shaft(ch, given)
     if whole.seen_by_controller(ch):
         found["controller"] = _controller(rig, ch, numbers)
-    if told := loop(ch):
+    if told := loop(ch, given):
         found["loop"] = told
     found["channels"] = [_channel(residual.output, ch, numbers, final, problem) for residual in experiment.residuals]
     return found
@@ -148,16 +148,21 @@ def _ripples(mine: str, final: Fit, problem: Problem) -> list[dict]:
     return found
 
 
-def loop(ch: Channels) -> str:
-    """At which shaft a controller of angle is taken to see what it is told, where both shafts are logged; "" where there is no question."""
+def loop(ch: Channels, given: Rig) -> str:
+    """At which shaft a controller of angle is taken to see what it is told, and why, where both are logged; "" where there is no question."""
     if driven.of(ch) != driven.ANGLE or not all(
         ch.has(f"{side}angle") or ch.has(f"{side}speed") for side in ("load.", "reducer.input_")
     ):
         return ""
     seen = " and ".join(whole.seen_by_controller(ch))
-    return (
-        f"the controller is taken to see {seen}; one that sees its angle at one shaft and its speed at the other is not simulated"
+    why = (
+        "as the rig says"
+        if given.loop
+        else "as its command tells"
+        if commanded(ch) and ch.setting.rig.loop
+        else "for so least is left and no command tells; loop in the rig says another"
     )
+    return f"the controller is taken to see {seen}, {why}"
 
 
 def _assumed_of_whole(ch: Channels) -> list[str]:

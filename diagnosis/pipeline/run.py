@@ -40,6 +40,7 @@ from ..search.instants import place_acts, place_again, place_jumps, place_ticks
 from ..search.kept import Kept
 from ..search.problem import Problem
 from ..search.reach import told_of_supply, with_supply
+from ..search.seen import leaves, places
 from ..search.selection import ForwardSelection, Selection
 from ..search.starts import correlated, told
 from ..search.step import so_far
@@ -153,12 +154,8 @@ def _diagnosed(
     rig = supplied
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)  # a place that cannot be used is told before the work, not after it
-    experiment, train, names, problem = _asked(rig, runs, held, kept)
+    experiment, train, names, outcome = _searched(rig, runs, held, kept, rng, tell, search)
     judged = ~train
-    anew = partial(problem_of, experiment, runs, held, train, kept)
-    placed = partial(place_again, experiment, anew=anew) if experiment.by_channel else lambda *_: None
-    selection = ForwardSelection(problem, rng, tell, again=placed)
-    outcome = selection.run() if search else selection.run(0)
     for problem in (outcome.problem, outcome.searched):
         problem.experiment.forget()
     tell("gain" + so_far([c.hypothesis for c in outcome.causes]), 0.0)
@@ -262,15 +259,46 @@ def _diagnosed(
     return result
 
 
-def _asked(
-    rig: Rig, runs: list[MeasuredRun], held: list[bool], kept: Kept | None
-) -> tuple[DriveExperiment, np.ndarray, list[str], Problem]:
-    """The experiment of a rig and its runs, the blocks that teach, the names of what judges, and what is asked."""
+def _searched(
+    rig: Rig, runs: list[MeasuredRun], held: list[bool], kept: Kept | None, rng: np.random.Generator, tell: Callable, search: bool
+) -> tuple[DriveExperiment, np.ndarray, list[str], Selection]:
+    """The experiment of a rig and its runs, the blocks that teach, the names of what judges, and what was found.
+
+    Where nothing tells at which shaft the controller's sensors are, with them where what is found leaves least.
+    """
     experiment = DriveExperiment(rig, runs)
     train, names = division.split(experiment, runs, held)
     experiment.forget()  # an hour's motions, which the search makes for itself
-    problem = problem_of(experiment, runs, held, train, kept)
-    anew = lambda: problem_of(experiment, runs, held, train, kept)
+    ask = partial(problem_of, runs=runs, held=held, train=train, kept=kept)
+    seen_at = lambda place: DriveExperiment(replace(rig, loop=place), runs)
+    where = places(experiment, lambda place: ask(seen_at(place))) if experiment.by_channel and not rig.loop else []
+    found: list[tuple[float, DriveExperiment, Selection, list[dict]]] = []
+    for place in where or [""]:
+        experiment, problem = _asked(seen_at(place) if where else experiment, runs, ask)
+        placed = partial(place_again, experiment, anew=partial(ask, experiment)) if experiment.by_channel else lambda *_: None
+        selection = ForwardSelection(problem, rng, tell, again=placed)
+        outcome = selection.run() if search else selection.run(0)
+        if not where[1:]:
+            return experiment, train, names, outcome
+        left = leaves(outcome.searched, outcome.final.values, found[0][2].searched if found else outcome.searched)
+        found.append((left, experiment, outcome, [dict(run.memory) for run in runs]))
+        if outcome.searched.excess(outcome.final.values).max() <= (
+            RULES.search.natural if outcome.causes else RULES.search.sound
+        ):
+            break
+    _, experiment, outcome, memories = min(found, key=lambda one: one[0])
+    for run, memory in zip(runs, memories):  # when its set-points jumped, as it was found there
+        run.memory.clear()
+        run.memory.update(memory)
+    return experiment, train, names, outcome
+
+
+def _asked(
+    experiment: DriveExperiment, runs: list[MeasuredRun], ask: Callable[[DriveExperiment], Problem]
+) -> tuple[DriveExperiment, Problem]:
+    """An experiment and what is asked of it, with what belongs to a run where that was found to be."""
+    rig, problem = experiment.rig, ask(experiment)
+    anew = lambda: ask(experiment)
     for place in (place_swings, place_jumps, partial(place_acts, anew=anew), place_ticks) if experiment.by_channel else ():
         if place(experiment, problem):
             experiment = DriveExperiment(rig, runs)
@@ -278,7 +306,7 @@ def _asked(
     if experiment.by_channel and (shaft := place_shaft(experiment, problem)):
         experiment = DriveExperiment(replace(rig, parameters=rig.parameters | shaft), runs)
         problem = anew()
-    return experiment, train, names, problem
+    return experiment, problem
 
 
 def _let_go(experiment: DriveExperiment, outcome: Selection) -> None:

@@ -5,6 +5,7 @@ Seen at the motor the command is that of the load's angle and speed, and beside 
 
     u = k_a (wanted - load) + k_v (rate - speed) + x,      x = k_a (load - motor / r) + k_v (speed - motor speed / r)
 
+Of its angle at the load and its speed at the motor x is the second part alone.
 Angles are noisy, and their noise is in u's misfit and in x alike. So both are seen through set-points alone, which have none
 (instrumental variables; Soderstrom and Stoica, System identification, 1989, ch. 8).
 """
@@ -14,29 +15,50 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import binary_erosion, uniform_filter1d
 
-from ..data.rig import LOAD, MOTOR
+from ..data.rig import DUAL, LOAD, MOTOR
 from ..data.values import resolution
 from ..rules import RULES
 from . import drive, driven
 from .channels import Channels, derivative
 from .recorder import commanded, counts
 
+_LOADS, _MOTORS = "load.", "reducer.input_"
+
+SENSORS = {LOAD: (_LOADS, _LOADS), MOTOR: (_MOTORS, _MOTORS), DUAL: (_LOADS, _MOTORS)}
+"""At which shaft a controller may have its sensors: of angle and of speed, as their channels' names begin."""
+
 
 def shaft(channels: list[Channels]) -> str:
-    """MOTOR where most of what the load's angle misses of the command is told by the wind-up; else LOAD.
+    """MOTOR where most of what the load's motion misses of the command is told by the wind-up; else LOAD; "" where no command tells."""
+    left = _left(channels)
+    return "" if LOAD not in left else MOTOR if left.get(MOTOR, np.inf) < RULES.residuals.seen_at_motor * left[LOAD] else LOAD
+
+
+def dual(channels: list[Channels]) -> bool:
+    """Whether DUAL sensors miss less than half of the command that both the load's and the motor's do.
+
+    The wind-up's change is little beside the wind-up, and what set-points tell of it may be chance: a drive is simulated with them
+    before they are believed.
+    """
+    left = _left(channels)
+    others = [left[at] for at in (LOAD, MOTOR) if at in left]
+    return DUAL in left and left[DUAL] < RULES.residuals.seen_at_motor * min(others)
+
+
+def _left(channels: list[Channels]) -> dict[str, float]:
+    """What set-points tell of the command that the motion at each place of sensors misses, V; empty where there is no command.
 
     Whether a controller was told the speeds that are logged, or those of its angles, nobody says: a difference over many rows is
-    late and blurred, a tacho has an error of its own. Each shaft is asked with those that suit it best.
+    late and blurred, a tacho has an error of its own. Each place is asked with those that suit it best.
     """
-    at_load, at_motor = [], []
+    left: dict[str, float] = {}
     speeds = any(ch.has(name) for ch in channels for name in ("load.speed", "reducer.input_speed"))
     for logged in (True, False) if speeds else (False,):
         found = [one for ch in channels if (one := _misses(ch, logged)) is not None]
-        if found:
-            misses, wound = (np.concatenate(parts) for parts in zip(*found))
-            at_load.append(np.linalg.norm(misses))
-            at_motor.append(np.linalg.norm(misses - wound))
-    return MOTOR if at_load and min(at_motor) < RULES.residuals.seen_at_motor * min(at_load) else LOAD
+        for at in found[0] if found else ():
+            missed = float(np.linalg.norm(np.concatenate([one[at] for one in found])))
+            left[at] = min(missed, left.get(at, np.inf))
+    return left
 
 
 def ahead(ch: Channels) -> bool:
@@ -44,9 +66,9 @@ def ahead(ch: Channels) -> bool:
     command = commanded(ch)
     if ch.steady or not command or not ch.has("controller.angle_setpoint"):
         return False
-    for side in ("load.", "reducer.input_"):
-        if ch.has(f"{side}angle"):
-            asked, good = _asked(ch, command, side)
+    for at in (LOAD, MOTOR):
+        if ch.has(f"{SENSORS[at][0]}angle"):
+            asked, good = _asked(ch, command, at)
             off = ch.raw(command) - asked, ch.raw(command)[:-1] - asked[1:]
             now, then = (
                 float(np.sqrt(np.mean(e[g] ** 2))) if g.any() else 0.0 for e, g in zip(off, (good, good[:-1] & good[1:]))
@@ -77,9 +99,20 @@ def unseen(ch: Channels) -> str:
     return angle if gain > 0.0 and _nothing_of(ch, command, angle, gain) else ""
 
 
+def taken_at(ch: Channels) -> str:
+    """Where the sensors are over which the loop closes, as log and rig have it."""
+    return ch.setting.rig.loop or LOAD if ch.has("load.angle") else MOTOR
+
+
+def sensed(ch: Channels) -> list[str]:
+    """Where a controller may have its sensors of which a log has what they tell, a speed perhaps as the change of an angle."""
+    there = lambda first, second: ch.has(f"{first}angle") and (ch.has(f"{second}angle") or ch.has(f"{second}speed"))
+    return [at for at, sides in SENSORS.items() if there(*sides)]
+
+
 def _at_motor(ch: Channels) -> bool:
     """Whether the loop closes over the motor's angle, as log and rig have it."""
-    return not ch.has("load.angle") or ch.setting.rig.loop == MOTOR
+    return taken_at(ch) == MOTOR
 
 
 def _nothing_of(ch: Channels, command: str, name: str, gain: float) -> bool:
@@ -131,10 +164,10 @@ def answers_its_motion(ch: Channels, missed: float) -> bool:
 
     Then that drive is wrong behind its command: what a power stage does with it (a dead zone, a limit, a delay) is not in the log of it.
     """
-    command, side = commanded(ch), "reducer.input_" if _at_motor(ch) else "load."
-    if ch.steady or not command or driven.of(ch) != driven.ANGLE or not ch.has(f"{side}angle"):
+    command, at = commanded(ch), taken_at(ch)
+    if ch.steady or not command or driven.of(ch) != driven.ANGLE or at not in sensed(ch):
         return False
-    asked, speed, inside = _law(ch, command, side)
+    asked, speed, inside = _law(ch, command, at)
     good = inside & (speed != 0.0)
     off = (ch.raw(command) - asked)[good]
     return len(off) > RULES.residuals.noise_samples and float(np.sqrt(np.mean(off**2))) < RULES.residuals.answers * missed
@@ -164,7 +197,7 @@ def _zero(ratio: float, law, ch: Channels) -> float:
     began = float(wanted[0] - second.angle[0])
     if not (command := commanded(ch)) or law.angle_gain <= 0.0 or not ch.has("reducer.input_angle"):
         return began
-    _, good = _asked(ch, command, "reducer.input_")
+    _, good = _asked(ch, command, MOTOR)
     rate = drive.speed_setpoint(wanted, {}, ch)
     told = np.stack([np.ones(len(rate)), rate, derivative(rate, np.cumsum(ch.dt))], axis=1)[good]
     if len(told) <= RULES.residuals.noise_samples * 3:
@@ -173,43 +206,45 @@ def _zero(ratio: float, law, ch: Channels) -> float:
     return float(np.linalg.lstsq(told, off, rcond=None)[0][0])
 
 
-def _asked(ch: Channels, command: str, side: str, logged: bool = True) -> tuple[np.ndarray, np.ndarray]:
-    """The command, V, that the measured motion of one shaft asks for, and where a controller that does not let go would give it."""
-    asked, _, inside = _law(ch, command, side, logged)
+def _asked(ch: Channels, command: str, at: str, logged: bool = True) -> tuple[np.ndarray, np.ndarray]:
+    """The command, V, that the motion measured there asks for, and where a controller that does not let go would give it."""
+    asked, _, inside = _law(ch, command, at, logged)
     rate = drive.speed_setpoint(ch.raw("controller.angle_setpoint"), {}, ch)
     moving = binary_erosion(rate != 0.0, iterations=RULES.residuals.near)  # at rest it may have let go
     return asked, moving & inside
 
 
-def _law(ch: Channels, command: str, side: str, logged: bool = True) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The command, V, that the measured motion of one shaft asks for, that shaft's speed, and where neither is at a limit.
+def _law(ch: Channels, command: str, at: str, logged: bool = True) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The command, V, that the motion measured there asks for, its speed, and where neither is at a limit.
 
-    logged: with the shaft's speed as it is logged, where it is, and not that of its angle.
+    logged: with the speed as it is logged, where it is, and not that of its shaft's angle.
     """
-    law, time = drive.law("controller", {}, ch), np.cumsum(ch.dt)
-    ratio = ch.setting.value(ch.prefix + "reducer.gear_ratio", {}) if side != "load." else 1.0
-    wanted, angle = ch.raw("controller.angle_setpoint"), ch.raw(f"{side}angle") / ratio
-    logged = logged and ch.has(f"{side}speed")
-    speed = ch.raw(f"{side}speed") / ratio if logged else derivative(angle, time)
+    law, time, (first, side) = drive.law("controller", {}, ch), np.cumsum(ch.dt), SENSORS[at]
+    turns = ch.setting.value(ch.prefix + "reducer.gear_ratio", {})
+    ratio = turns if side == _MOTORS else 1.0
+    wanted, angle = ch.raw("controller.angle_setpoint"), ch.raw(f"{first}angle") / (turns if first == _MOTORS else 1.0)
+    logged = ch.has(f"{side}speed") and (logged or not ch.has(f"{side}angle"))
+    speed = ch.raw(f"{side}speed") / ratio if logged else derivative(ch.raw(f"{side}angle") / ratio, time)
     asked = law.angle_gain * (wanted - angle) + law.speed_gain * (drive.speed_setpoint(wanted, {}, ch) - speed)
     inside = lambda u: (u > law.voltage_min) & (u < law.voltage_max)
     count = 0.0 if logged else law.speed_gain * counts(f"{side}angle", ch)[0] / ratio / float(np.median(ch.dt))
     # a difference jumps with every count, and rows without one would be all that is inside: a mean over as many as even that out
     rows = int(np.ceil(count / (RULES.residuals.coarse * (law.voltage_max - law.voltage_min)))) if count else 1
     usual = uniform_filter1d(asked, rows) if rows > 1 else asked
-    return asked, speed, inside(usual) & inside(ch.raw(command)) & ch.good(command) & ch.good(f"{side}angle")
+    return asked, speed, inside(usual) & inside(ch.raw(command)) & ch.good(command) & ch.good(f"{first}angle")
 
 
-def _misses(ch: Channels, logged: bool) -> tuple[np.ndarray, np.ndarray] | None:
-    """What the load's motion misses of a run's command, and what the wind-up makes of it, V, as far as set-points tell; None where nothing can.
+def _misses(ch: Channels, logged: bool) -> dict[str, np.ndarray] | None:
+    """What the motion at each place of a controller's sensors misses of a run's command, V, as far as set-points tell; None where nothing can.
 
     logged: with speeds as they are logged.
     """
     command = commanded(ch)
-    if ch.steady or not command or not ch.has("controller.angle_setpoint", "load.angle", "reducer.input_angle"):
+    places = sensed(ch)
+    if ch.steady or not command or not ch.has("controller.angle_setpoint") or places[:1] != [LOAD] or not places[1:]:
         return None
-    (asked, good), (other, sound) = (_asked(ch, command, side, logged) for side in ("load.", "reducer.input_"))
-    good, time, wanted = good & sound, np.cumsum(ch.dt), ch.raw("controller.angle_setpoint")
+    asked, inside = zip(*(_asked(ch, command, at, logged) for at in places))
+    good, time, wanted = np.logical_and.reduce(inside), np.cumsum(ch.dt), ch.raw("controller.angle_setpoint")
     rate = drive.speed_setpoint(wanted, {}, ch)
     bend = derivative(rate, time)
 
@@ -222,9 +257,9 @@ def _misses(ch: Channels, logged: bool) -> tuple[np.ndarray, np.ndarray] | None:
     centred = lambda x: x - x[good].mean()
     speed = derivative(ch.raw("load.angle"), time)
     # set-points stand in their rows: it is the motion that a recorder has late, its angle and its speed, and the command
-    late = derivative(asked, time), speed, derivative(speed, time)
-    parts = [centred(x) for x in (ch.raw(command) - asked, other - asked, *late)]
-    del asked, other, time, speed, late
+    late = derivative(asked[0], time), speed, derivative(speed, time)
+    parts = [centred(x) for x in (*(ch.raw(command) - one for one in asked), *late)]
+    del asked, inside, time, speed, late
     pieces = [slice(i, i + RULES.residuals.piece) for i in range(0, len(good), RULES.residuals.piece)]
     mean = sum(told(rows).sum(1, keepdims=True) for rows in pieces) / good.sum()  # encoders' zeros are nobody's fault
     sizes = np.sqrt(sum(((told(rows) - mean) ** 2).sum(1, keepdims=True) for rows in pieces))
@@ -236,7 +271,6 @@ def _misses(ch: Channels, logged: bool) -> tuple[np.ndarray, np.ndarray] | None:
     _, lengths, ways = np.linalg.svd(np.concatenate(triangles))
     felt = lengths > 1e-6
     by_told = (ways[: len(lengths)][felt] @ shares / lengths[felt, None]).T  # by an orthonormal basis of what is told
-    misses, wound, *moved = by_told
+    misses, moved = by_told[: len(places)].T, by_told[len(places) :]
     nothing = np.stack([x / max(np.linalg.norm(x), 1e-300) for x in moved], axis=1)  # is made of these
-    known = nothing @ np.linalg.lstsq(nothing, np.stack([misses, wound], axis=1), rcond=None)[0]
-    return misses - known[:, 0], wound - known[:, 1]
+    return dict(zip(places, (misses - nothing @ np.linalg.lstsq(nothing, misses, rcond=None)[0]).T))

@@ -9,7 +9,7 @@ import numpy as np
 
 from selflock.fmus.motor.effects.supply_sag import supplied
 
-from ..data.rig import MOTOR
+from ..data.rig import DUAL, MOTOR
 from ..data.signals import MOVES
 from ..rules import RULES
 from . import drive, laws, phase
@@ -31,9 +31,10 @@ def controller(command: str, values: dict, ch: Channels) -> Compared:
     n = len(ch.dt)
     angle = ch.raw("load.angle") if ch.has("load.angle") else second.angle
     speed = ch.raw("load.speed") if ch.has("load.speed") else second.speed
-    if ch.setting.rig.loop == MOTOR and ch.has("reducer.input_angle"):
+    at, moves = ch.setting.rig.loop, ch.has("reducer.input_angle")
+    if at == MOTOR and moves or at == DUAL and (moves or ch.has("reducer.input_speed")):
         ratio = ch.setting.value(f"{ch.prefix}reducer.gear_ratio", values)
-        angle = ch.raw("reducer.input_angle") / ratio
+        angle = angle if at == DUAL else ch.raw("reducer.input_angle") / ratio
         speed = ch.raw("reducer.input_speed") / ratio if ch.has("reducer.input_speed") else first.speed / ratio
     wanted = ch.true("controller.angle_setpoint", values)
     if not (ch.has("load.angle") or ch.has("reducer.input_angle")):

@@ -45,8 +45,8 @@ class DriveExperiment(Experiment):
             long = max(rules.stretch, rules.stretch_left + self._asked())
             takes = [stretches(len(run), rules.samples / total, long) for run in self.runs]
         self.channels = self._channels(takes=takes)
-        if not rig.loop and len(rig.drives) == 1 and not self.steady:
-            self.rig = rig = replace(rig, loop=shaft([*self.channels.values()]))
+        if not rig.loop and len(rig.drives) == 1 and not self.steady and (at := shaft([*self.channels.values()])):
+            self.rig = rig = replace(rig, loop=at)
             self.setting = replace(self.setting, rig=rig)
             self.channels = self._channels(takes=takes)
         if not self.steady and rig.simulate != WHOLE:  # which simulates its recorder

@@ -250,9 +250,9 @@ def closed(
     One that acts all the time is asked at every sample, and what it does until the next is what it makes of the middle of the step,
     as speeds and accelerations foretell it. asked, ahead: set-points of angle and speed at the samples, and in the middle of the
     step behind each.
-    pa, ps: sensors of angle and speed before the controller, which count with sensed > 0. at_motor > 0: these are the
-    input shaft's, seen through the gear's ratio. supply: V; where it is above 0 the controller commands a duty of it. ticked: s
-    since it acted last, of one with a period. at: samples at which the shafts are put where they were measured, 0 first, each with
+    pa, ps: sensors of angle and speed before the controller, which count with sensed > 0. at_motor: how many of
+    these are the input shaft's, seen through the gear's ratio: 0, 1, which is that of speed, or 2. supply: V; where it is above 0 the
+    controller commands a duty of it. ticked: s since it acted last, of one with a period. at: samples at which the shafts are put where they were measured, 0 first, each with
     its row of starts, as `start` in `whole`; heat and wear go on. acts: 0 at samples at which the controller is told nothing new;
     where there are any it acts at the others alone. stepped: the count in which the controller is told the angle, rad of the load,
     where the zero of these lies, s over which it makes its speed of them, and the step of its command; 0 for none; and whether its
@@ -265,12 +265,11 @@ def closed(
     m, g = dc.start(pm), shaft.start(pr, start[0], start[1], start[2], start[3])
     m = dc.State(m.current, start[0], m.heat, m.effects)  # waves over the rotor go with the angle that is measured
     l = load.State(start[2], start[3])
-    angle, speed = start[2], start[3]
-    if at_motor > 0.0:
-        angle, speed = start[0] / ratio, start[1] / ratio
+    angle = start[0] / ratio if at_motor > 1.0 else start[2]
+    speed = start[1] / ratio if at_motor > 0.0 else start[3]
     if place == 4:
         push = _straight(knots, heights, _met(over, g, l, 0.0, since, m.current))
-        angle += push / ratio if at_motor > 0.0 else push
+        angle += push / ratio if at_motor > 1.0 else push
     sa, ss = sensor.start(pa, angle), sensor.start(ps, speed)
     if sensed > 0.0:
         angle, speed = sensor.exact(pa, angle), sensor.exact(ps, speed)
@@ -283,7 +282,7 @@ def closed(
     u = written = c.command
     delivered, pull = _rests(pr, pl, g, l)
     current = torque = rise = strayed = 0.0
-    last, made_of, aged = speed, _counted(stepped, angle), ticked - dt[0]
+    last, made_of, aged = speed, start[0] / ratio if at_motor == 1.0 else _counted(stepped, angle), ticked - dt[0]
     pace, known, t = dc.pace(pm, dt[0] / parts), flow.NONE, wedge.wedge_tangent(pr.gear_ratio, pr.wedge_angle)
     for i in range(len(dt)):
         if i > 0:
@@ -316,25 +315,27 @@ def closed(
             g = shaft.State(g.angle + by * ratio, g.speed, g.effects, g.time, g.heat, g.distance)
             l = load.State(l.angle + by, l.speed)
             strayed -= by
-        angle, speed, gained = l.angle, l.speed, pull
-        if at_motor > 0.0:
-            angle, speed, gained = g.angle / ratio, g.speed / ratio, rise / ratio
+        angle, turns, gained = l.angle, l.speed, pull
+        if at_motor > 1.0:
+            angle, turns, gained = g.angle / ratio, g.speed / ratio, rise / ratio
+        speed, sped = (g.speed / ratio, rise / ratio) if at_motor > 0.0 else (turns, gained)
         if looped == 0.0:
             out[0, i], u = asked[0, i], ahead[0, i]
         else:
             if place == 4:  # the angle's own reading, of whichever shaft
                 push = _straight(knots, heights, _met(over, g, l, delivered, since, current))
-                angle += push / ratio if at_motor > 0.0 else push
+                angle += push / ratio if at_motor > 1.0 else push
             half = 0.5 * dt[i + 1] if i + 1 < len(dt) else 0.0
-            later, faster = angle + half * (speed + 0.5 * half * gained), speed + half * gained
+            later, faster = angle + half * (turns + 0.5 * half * gained), speed + half * sped
             if count > 0.0:
                 angle, later = _counted(stepped, angle), _counted(stepped, later)
             if made > 0.0:
                 aged += dt[i]
+                turned_to = g.angle / ratio if at_motor == 1.0 else angle
                 if anew:
-                    last, made_of, aged = speed, angle, 0.0
+                    last, made_of, aged = speed, turned_to, 0.0
                 elif acts[i] > 0.0 and aged >= made * (1.0 - 1e-9):
-                    last, made_of, aged = (angle - made_of) / aged, angle, 0.0
+                    last, made_of, aged = (turned_to - made_of) / aged, turned_to, 0.0
                 speed = faster = last
             if anew and sensed > 0.0:
                 sa, ss = sensor.start(pa, angle), sensor.start(ps, speed)

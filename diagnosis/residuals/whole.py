@@ -24,7 +24,7 @@ import numpy as np
 
 from selflock.fmus.motor.effects.supply_sag import supplied
 
-from ..data.rig import MOTOR, Rig
+from ..data.rig import DUAL, MOTOR, Rig
 from ..data.signals import ANGLE_OF
 from ..data.values import resolution
 from ..errors import DataError
@@ -104,13 +104,15 @@ def components(ch: Channels) -> tuple[str, ...]:
 
 
 def seen_by_controller(ch: Channels) -> tuple[str, ...]:
-    """Channels of angle and speed over which the loop closes: the load's where it has any, unless rig or log say the motor's.
+    """Channels of angle and speed over which the loop closes: the load's where it has any, unless rig or log say the motor's, or its speed.
 
     None in open loop.
     """
     if (way := driven.of(ch)) == driven.VOLTAGE:
         return ()
     at = lambda side: ch.has(f"{side}{way}")
+    if ch.setting.rig.loop == DUAL and way == driven.ANGLE and at("load."):
+        return "load.angle", "reducer.input_speed"
     at_motor = at("reducer.input_") and (ch.setting.rig.loop == MOTOR or not at("load."))
     return ("reducer.input_angle", "reducer.input_speed") if at_motor else ("load.angle", "load.speed")
 
@@ -216,7 +218,7 @@ def _simulated(values: dict, ch: Channels, here: Grid, ticked: float | None = No
         asked, then = volts(here.time), volts(ahead(here.time, here.dt))
     ch.setting.kernels.closed(
         pc, pm, pr, pl, *(laws.no_sensor() if p is None else p for p in sensors), float(any(p is not None for p in sensors)),
-        float(seen[:1] == ("reducer.input_angle",)), float(bool(seen)), here.powered, supply, asked, then, here.places,
+        float(sum(name.startswith("reducer.") for name in seen)), float(bool(seen)), here.powered, supply, asked, then, here.places,
         float(driven.of_motor(ch)), here.acts, here.dt, parts, ticked, stepped, at, starts, place, over, knots, heights, out,
     )  # fmt: skip
     rows = dict(zip(ROWS, out if here is told else (np.interp(told.time, here.time, x) for x in out)))

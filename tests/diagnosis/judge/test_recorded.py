@@ -109,18 +109,19 @@ def test_the_reason_for_the_way_of_comparing_is_told(recorder, more, mode, said,
     [
         (("load.angle", "reducer.input_speed"), "", "load.angle and load.speed"),
         (("load.angle", "reducer.input_angle"), "motor", "reducer.input_angle and reducer.input_speed"),
+        (("load.angle", "reducer.input_speed"), "dual", "load.angle and reducer.input_speed"),
         (("load.angle", "load.speed"), "", ""),
         (("reducer.input_angle", "reducer.input_speed"), "", ""),
     ],
 )
 @pytest.mark.parametrize("way", [driven.ANGLE, driven.SPEED, driven.VOLTAGE])
 def test_at_which_shaft_a_controller_sees_is_told_where_both_are_logged(way, channels, at, seen):
-    """A sound drive that has its angle of the load and its speed of a tacho had two numbers of its shaft off, both certain."""
-    setting = SimpleNamespace(rig=SimpleNamespace(loop=at))
+    """And who says so: the rig, the command, or what the drive leaves."""
+    setting = SimpleNamespace(rig=(given := SimpleNamespace(loop=at)))
     ch = SimpleNamespace(has=lambda name: name in channels, memory={"way": way}, setting=setting)
-    told = loop(ch)
+    told = loop(ch, given)
     assert bool(told) == bool(seen and way == driven.ANGLE)
-    assert not told or f"is taken to see {seen};" in told
+    assert not told or f"is taken to see {seen}, {'as the rig says' if at else 'for so the drive'}" in told
 
 
 @pytest.mark.slow

@@ -5,9 +5,9 @@ import pandas as pd
 import pytest
 
 from selflock.diagnosis.data.log import read
-from selflock.diagnosis.data.rig import LOAD, MOTOR, load
+from selflock.diagnosis.data.rig import DUAL, LOAD, MOTOR, load
 from selflock.diagnosis.residuals.channels import Channels
-from selflock.diagnosis.residuals.closing import ahead, shaft, unseen, zero
+from selflock.diagnosis.residuals.closing import ahead, dual, shaft, unseen, zero
 from selflock.diagnosis.residuals.drive import speed_setpoint
 from selflock.diagnosis.residuals.kernels import kernels
 from selflock.diagnosis.residuals.setting import Setting
@@ -27,14 +27,15 @@ drives = ["arm_"]
 """
 
 
-def channels(folder, rng, at_motor, early=0, count=1e-3, zero=0.7, noise=0.02, limit=None, over=0, late=0.0):
+def channels(folder, rng, at=LOAD, early=0, count=1e-3, zero=0.7, noise=0.02, limit=None, over=0, late=0.0):
     """A swinging shaft that follows late, wound up by what an arm weighs, both angles in counts; its speed a difference `over` rows, the load `late`, s."""
     time = 1e-3 * np.arange(6000)
     angle = lambda t: 0.9 * np.sin(2.1 * t) + 0.2 * np.sin(5.3 * t)
     rate = lambda t: 1.89 * np.cos(2.1 * t) + 1.06 * np.cos(5.3 * t)
     wound = lambda t: 2e-3 * np.sin(angle(t - 0.02))
-    seen = lambda t: angle(t - 0.02) + (wound(t) if at_motor else 0.0)
-    turned = lambda t: (seen(t + 1e-6) - seen(t - 1e-6)) / 2e-6
+    shafts = {LOAD: lambda t: angle(t - 0.02), MOTOR: lambda t: angle(t - 0.02) + wound(t)}
+    seen, turns = shafts[LOAD if at == DUAL else at], shafts[MOTOR if at == DUAL else at]
+    turned = lambda t: (turns(t + 1e-6) - turns(t - 1e-6)) / 2e-6
     then = time + 1e-3 * early
     u = 100.0 * (angle(then) - seen(then)) + 5.0 * (rate(then) - turned(then)) + noise * rng.standard_normal(len(time))
     rounded = lambda x, step: step * np.floor(x / step) if step else x
@@ -53,42 +54,45 @@ def channels(folder, rng, at_motor, early=0, count=1e-3, zero=0.7, noise=0.02, l
     return Channels(run, "", Setting(rig, len(run), kernels(), {"": 1}))
 
 
-@pytest.mark.parametrize("at_motor", [True, False])
-def test_the_command_tells_at_which_shaft_the_controllers_sensors_are(at_motor, tmp_path, rng):
+@pytest.mark.parametrize("at", [LOAD, MOTOR])
+def test_the_command_tells_at_which_shaft_the_controllers_sensors_are(at, tmp_path, rng):
     """Through a wind-up of two counts, an encoder's zero, and a command that was read a row and a half early."""
-    ch = channels(tmp_path, rng, at_motor, early=1.5)
-    assert shaft([ch]) == (MOTOR if at_motor else LOAD)
+    ch = channels(tmp_path, rng, at, early=1.5)
+    assert shaft([ch]) == at
+    assert at != MOTOR or not dual([ch])
 
 
-@pytest.mark.parametrize("at_motor", [True, False])
-def test_an_angle_that_is_logged_late_does_not_move_them(at_motor, tmp_path, rng):
+@pytest.mark.parametrize("at", [LOAD, MOTOR])
+def test_an_angle_that_is_logged_late_does_not_move_them(at, tmp_path, rng):
     """By up to 2 ms, which is more of a wind-up than there is; set-points stand in their rows."""
-    ch = channels(tmp_path, rng, at_motor, late=float(rng.uniform(-2e-3, 2e-3)))
-    assert shaft([ch]) == (MOTOR if at_motor else LOAD)
+    ch = channels(tmp_path, rng, at, late=float(rng.uniform(-2e-3, 2e-3)))
+    assert shaft([ch]) == at
+    assert at != MOTOR or not dual([ch])
 
 
-@pytest.mark.parametrize("at_motor", [True, False])
-def test_a_speed_that_is_logged_late_does_not_move_them(at_motor, tmp_path, rng):
+@pytest.mark.parametrize("at", [LOAD, MOTOR])
+def test_a_speed_that_is_logged_late_does_not_move_them(at, tmp_path, rng):
     """What the controller was told is the speed of its angle; that of the log, a difference over many rows, is 20 to 40 ms old."""
-    ch = channels(tmp_path, rng, at_motor, over=int(rng.integers(40, 80)))
-    assert shaft([ch]) == (MOTOR if at_motor else LOAD)
+    ch = channels(tmp_path, rng, at, over=int(rng.integers(40, 80)))
+    assert shaft([ch]) == at
+    assert at != MOTOR or not dual([ch])
 
 
 def test_a_coarse_encoder_does_not_move_the_sensors_to_the_other_shaft(tmp_path, rng):
     """Each of its counts is more than the command's range as the difference of two rows: where one falls would not be compared."""
-    ch = channels(tmp_path, rng, False, count=float(rng.uniform(8e-3, 12e-3)), limit=24.0)
+    ch = channels(tmp_path, rng, LOAD, count=float(rng.uniform(8e-3, 12e-3)), limit=24.0)
     assert shaft([ch]) == LOAD
 
 
 def test_a_command_of_the_next_row_is_told(tmp_path, rng):
-    assert ahead(channels(tmp_path, rng, False, early=1, count=0.0, noise=1e-3))
-    assert not ahead(channels(tmp_path, rng, False, early=0, count=0.0, noise=1e-3))
-    assert not ahead(channels(tmp_path, rng, False, early=-1, count=0.0, noise=1e-3))  # late: a cause may do that
+    assert ahead(channels(tmp_path, rng, LOAD, early=1, count=0.0, noise=1e-3))
+    assert not ahead(channels(tmp_path, rng, LOAD, early=0, count=0.0, noise=1e-3))
+    assert not ahead(channels(tmp_path, rng, LOAD, early=-1, count=0.0, noise=1e-3))  # late: a cause may do that
 
 
 def test_the_rate_of_a_set_point_at_rest_is_nothing_at_all(tmp_path, rng):
     """To the last digit, the rows at its ends included: a controller lets go then. What goes in counts does not rest."""
-    ch = channels(tmp_path, rng, False)
+    ch = channels(tmp_path, rng)
     time = np.cumsum(ch.dt)
     wanted = np.interp(time, [0.0, 2.0, 4.0, 6.1], [0.1, np.pi / 3.0, np.pi / 3.0, 0.2])
     rate = speed_setpoint(wanted, {}, ch)

@@ -48,12 +48,12 @@ def nowhere(t):
     return np.full(len(t), np.nan)
 
 
-def simulated(step, last, p, ticked=0.0, looped=1.0, given=wanted, turned=nowhere, supply=np.zeros_like, behind=0.0):
+def simulated(step, last, p, ticked=0.0, looped=1.0, given=wanted, turned=nowhere, supply=np.zeros_like, behind=0.0, sensors=0):
     """Rows of the compiled simulation, from rest at 0, its steps in one part."""
     time = step * np.arange(round(last / step) + 1)
     dt, out, off, nothing = np.full(len(time), step), np.empty((8, len(time))), laws.no_sensor(), free_law.none()
     kernels().closed(
-        *p, off, off, 0.0, 0.0, looped, np.ones(len(time)), supply(time), given(time), given(time + 0.5 * step), turned(time), behind, np.ones(len(time)), dt, 1, ticked, np.zeros(5),
+        *p, off, off, 0.0, float(sensors), looped, np.ones(len(time)), supply(time), given(time), given(time + 0.5 * step), turned(time), behind, np.ones(len(time)), dt, 1, ticked, np.zeros(5),
         np.zeros(1, int),
         np.zeros((1, 4)), nothing.place, nothing.over, nothing.knots, nothing.heights, out,
     )  # fmt: skip
@@ -70,13 +70,20 @@ def sagging(t):
     return 12.0 - 3.0 * t + np.sin(20.0 * t)
 
 
-def solved(last, period=0.0, driven=None, supply=np.ones_like):
-    """Current, input speed, output angle and speed by an integrator; the command from act to act of a controller with a period."""
+def solved(last, period=0.0, driven=None, supply=np.ones_like, sensors=0):
+    """Current, input speed, output angle and speed by an integrator; the command from act to act of a controller with a period.
+
+    sensors: how many of the controller's are at the motor, that of speed first.
+    """
+
+    def asks(t, x):
+        asked, rate = wanted(t)
+        seen, fast = x[1] / RATIO if sensors > 1 else x[3], x[2] / RATIO if sensors > 0 else x[4]
+        return ANGLE_GAIN * (asked - seen) + SPEED_GAIN * (rate - fast)
 
     def rates(t, x, held):
         i, angle, speed, out, turned = x
-        asked, rate = wanted(t)
-        command = ANGLE_GAIN * (asked - out) + SPEED_GAIN * (rate - turned) if held is None else held
+        command = asks(t, x) if held is None else held
         command = supply(t) * (command if driven is None else driven(t)[0])
         torque = STIFF * (angle / RATIO - out) + DAMP * (speed / RATIO - turned)
         return [
@@ -94,8 +101,7 @@ def solved(last, period=0.0, driven=None, supply=np.ones_like):
         return found.sol(np.linspace(0.0, last, 41)[1:])
     x, rows = np.zeros(5), []
     for n in range(round(last / period)):
-        asked, rate = wanted(n * period)
-        command = ANGLE_GAIN * (asked - x[3]) + SPEED_GAIN * (rate - x[4])
+        command = asks(n * period, x)
         x = solve_ivp(rates, (n * period, (n + 1) * period), x, args=(command,), method="DOP853", rtol=1e-10, atol=1e-12).y[:, -1]
         rows.append(x)
     return np.array(rows).T
@@ -105,14 +111,15 @@ def solved(last, period=0.0, driven=None, supply=np.ones_like):
 @pytest.mark.parametrize("duty", [False, True], ids=["voltage", "duty"])
 @pytest.mark.alike
 @pytest.mark.parametrize("period", [0.0, 0.008], ids=["continuous", "sampled"])
-def test_a_loop_is_of_second_order_in_its_step(period, duty):
+@pytest.mark.parametrize("sensors", [0, 1, 2], ids=["load", "dual", "motor"])
+def test_a_loop_is_of_second_order_in_its_step(sensors, period, duty):
     """Half the step leaves a quarter of the error, of every signal: of a first order it would be half. A duty counts times its supply."""
     share = 1.0 / 12.0 if duty else 1.0
     gains = {"controller__angle_gain": share * ANGLE_GAIN, "controller__speed_gain": share * SPEED_GAIN}
     last, p, off = 0.4, parameters(controller__sample_period=period, **gains), []
-    truth = solved(last, period, supply=lambda t: share * sagging(t) if duty else np.ones_like(t))
+    truth = solved(last, period, supply=lambda t: share * sagging(t) if duty else np.ones_like(t), sensors=sensors)
     for step in (1e-3, 5e-4, 2.5e-4):
-        time, out = simulated(step, last, p, supply=sagging if duty else np.zeros_like)
+        time, out = simulated(step, last, p, supply=sagging if duty else np.zeros_like, sensors=sensors)
         at = np.searchsorted(time, np.arange(1, truth.shape[1] + 1) * last / truth.shape[1] - 1e-9)
         off.append(np.sqrt(np.mean((out[[1, 3, 4, 6, 7]][:, at] - truth) ** 2, axis=1)))
     size = np.sqrt(np.mean(truth**2, axis=1))

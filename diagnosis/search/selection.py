@@ -87,7 +87,7 @@ class ForwardSelection:
             rivals = [c.fitted for c in (stage.winner, *stage.tied) if c]
             if rivals and not causes and (anew := self.again(problem, rivals, [c.fitted for c in near_best(stage.candidates)])):
                 problem = self.problem = anew[0]
-                first = base = problem.fit(first.free, {p.name: anew[1].values[p.name] for p in first.free})
+                first = base = problem.fit(first.free, _as_in(anew[1], first))
                 stage = self.step(base, [], first)
             if stage.winner and causes and (other := self._deeper(base, stage.winner.fitted)):
                 base = other
@@ -136,7 +136,7 @@ class ForwardSelection:
         Of a play a fit may end in a valley that any other number leads out of: five took 95 % of what it left, and one became a number
         of it. None where the base is as good.
         """
-        found = self.problem.fit(base.free, {p.name: wider.values[p.name] for p in base.free})
+        found = self.problem.fit(base.free, _as_in(wider, base))
         left, before = (self.problem.loss(one.misfit) for one in (found, base))
         return found if left < (1.0 - RULES.search.matters) * before else None
 
@@ -205,3 +205,8 @@ class ForwardSelection:
     def _standing(self, fitted: Fit) -> Candidate:
         """How a set of causes does on unseen blocks."""
         return Candidate(Hypothesis("", "set", ()), fitted.free, fitted, self.problem.block_loss(self.problem.held_out(fitted)))
+
+
+def _as_in(other: Fit, fit: Fit) -> dict[str, float]:
+    """The values of a fit as another has them, where it does: of a delay's the controller's own is part."""
+    return {name: other.values.get(name, value) for name, value in fit.values.items()}

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from selflock.diagnosis.residuals.whole import HOLD
 from selflock.diagnosis.search.candidate import Candidate
 from selflock.diagnosis.search.fit import Fit
 from selflock.diagnosis.search.hypotheses import Free, Hypothesis
@@ -75,3 +76,25 @@ def test_what_an_effect_takes_is_told_with_it(rng, order):
 
 def test_a_play_takes_the_damping_of_its_flanks():
     assert next(e for e in EFFECTS if e.name == "backlash").takes == ("shaft_damping",)
+
+
+def test_what_a_delay_has_of_a_controllers_own_stays_with_the_other_causes(rng):
+    """A fit of a delay has no number of the controller's own beside it: what goes on from there without the delay keeps its own."""
+    own, delay, started = Free(HOLD, 1e-3, 0.0, 2e-3), Free("controller.command_delay", 0.0, 0.0, 0.1), []
+
+    class Late(Problem):
+        base_free, nominal = (own,), {HOLD: 1e-3}
+
+        def fit(self, free, start, *_):
+            started.append(dict(start))
+            return super().fit(free, start)
+
+    search = Search(rng, [PLAY, OTHER])
+    search.problem = Late()
+    late = Problem().fit((delay,), {delay.name: 0.05})
+    search.again = lambda *_: (search.problem, late)
+    search.run(1)
+    assert started[-2] == {HOLD: 1e-3} and started[-1].keys() >= {HOLD}  # found anew, and the cause beside
+    beside = Problem().fit((own, *PLAY.free), {HOLD: 1e-3, "reducer.backlash": 0.01})
+    search._deeper(beside, replace(late, values={delay.name: 0.05, "reducer.backlash": 0.02}))
+    assert started[-1] == {HOLD: 1e-3, "reducer.backlash": 0.02}

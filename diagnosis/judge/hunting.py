@@ -3,7 +3,8 @@
 A loop around a play, or one that is late, may swing by itself. Nothing asks for that motion, so its phase is nobody's:
 where a number changes by little, the swing is as large as before and soon somewhere else. What a number does is then
 not in proportion to it, as it is in a loop that follows its set-points: a hundredth more of it moves the drive by many
-hundredths of what all of it does.
+hundredths of what all of it does. Causes that make a loop swing say why a log was not met only where they make it swing as widely
+as the log does: two swings of one size in any phase are apart by as much as either is wide.
 """
 
 from __future__ import annotations
@@ -35,3 +36,20 @@ def hunts(experiment: DriveExperiment, values: dict[str, float], free: Iterable[
         if (every := apart(none)) > 0.0:
             shares.append(apart(further) / every)
     return bool(shares) and float(np.median(shares)) > RULES.judge.hunts * little
+
+
+def as_widely(experiment: DriveExperiment, before: dict[str, float], after: dict[str, float]) -> bool:
+    """Whether causes move a whole drive from what it does without them as far as the log is from that, in the middle of its channels.
+
+    Within `judge.as_widely` either way; channels that they do not move, such as a supply that was measured, say nothing.
+    """
+    apart = lambda pairs, good: np.sqrt(sum(np.sum((a - b)[g] ** 2) for (a, b), g in zip(pairs, good)))
+    shares = []
+    for residual in experiment.residuals:
+        old, new = (experiment.compare(residual, values) for values in (before, after))
+        good = [was[2] & now[2] for was, now in zip(old, new)]
+        moved = apart([(now[0], was[0]) for was, now in zip(old, new)], good)
+        off = apart([(was[1], was[0]) for was in old], good)
+        if moved > 0.0 and off > 0.0:
+            shares.append(abs(float(np.log(moved / off))))
+    return bool(shares) and float(np.median(shares)) <= np.log(RULES.judge.as_widely)

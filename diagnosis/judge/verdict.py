@@ -102,7 +102,7 @@ class Judge:
 
     def _doubted(self, found: Judgement, missing: list[Dependence], silent: bool) -> str:
         """Why causes are not believed where something is left, as a sentence without its subject; "" where they are."""
-        if found.gain.closed < RULES.judge.enough and not silent:
+        if (found.gain.closed < RULES.judge.enough or self._half_told(found)) and not silent:
             return found.closes
         if _guesses(found.outcome):
             return "several causes that take a little each are guesses"
@@ -190,10 +190,14 @@ class Judge:
         """
         if not (self.experiment.by_channel and found.outcome.causes):
             return False
-        after, without, gain = found.mending.after, found.mending.before, found.gain
-        if gain.closed < RULES.judge.enough and gain.after > RULES.search.natural * gain.noise_floor:
-            return True
-        return bool(excess(self.experiment, after, self.judged, without).max() > RULES.judge.excess)
+        after, without = found.mending.after, found.mending.before
+        return self._half_told(found) or bool(excess(self.experiment, after, self.judged, without).max() > RULES.judge.excess)
+
+    def _half_told(self, found: Judgement) -> bool:
+        """Whether causes of a whole drive leave more than a law of the right name does, and close less of the error than such a law does."""
+        gain = found.gain
+        off = gain.after > RULES.search.natural * gain.noise_floor
+        return self.experiment.by_channel and off and gain.closed < RULES.judge.enough_of_whole
 
     def _most_off(self, outcome: Selection) -> Residual:
         """The residual that is off most; the gear's where none is."""

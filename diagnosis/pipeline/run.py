@@ -21,7 +21,7 @@ from ..data.sanity import Box
 from ..data.signals import VOLTAGES
 from ..errors import DataError
 from ..judge.gain import blame, comparisons
-from ..judge.hunting import hunts
+from ..judge.hunting import as_widely, hunts
 from ..judge.models import models
 from ..judge.recorded import recorded
 from ..judge.result import Best, Diagnosis
@@ -327,9 +327,10 @@ def _voltage_told(problem: Problem, values: dict, caused: bool = False) -> bool:
 
 
 def _hunts(experiment: DriveExperiment, train: np.ndarray, found: Judgement) -> bool:
-    """Whether the causes found part by part make the whole drive hunt."""
-    closed, _ = closed_loop(experiment, train, found.mending.after)
-    return hunts(closed, found.mending.after, [p for cause in found.outcome.causes for p in cause.free])
+    """Whether the causes found part by part make the whole drive hunt, as widely as the log does."""
+    before, after = found.mending.before, found.mending.after
+    closed, _ = closed_loop(experiment, train, after)
+    return hunts(closed, after, [p for cause in found.outcome.causes for p in cause.free]) and as_widely(closed, before, after)
 
 
 def _sources(rig: Rig, runs: list[MeasuredRun], held: list[bool], out: Path) -> dict:

@@ -63,6 +63,12 @@ class JudgeRules:
         "share of the error above the noise floor that causes must close while something significant remains",
         developed("What closes less than half of the error while more goes with something is not the cause") + "; 0.4 before",
     )
+    enough_of_whole: float = rule(
+        0.8,
+        "the same of a whole drive where they leave more than `natural` times the noise, which a law of the right name seldom does",
+        "of 218 answers with names in the judged and quick studies up to number 68, nine wrong ones and one right lie between this and "
+        "0.55, three wrong and two right between this and 0.9",
+    )
     help: float = rule(
         0.05,
         "share of the held-out error that causes must take away",
@@ -115,6 +121,12 @@ class JudgeRules:
         10.0,
         "times as far as in proportion to it that a little more of a cause moves a whole drive (median of its channels), from which on it hunts",
         HUNTING,
+    )
+    as_widely: float = rule(
+        1.4,
+        "times as far as the log is from a drive that causes which make it hunt may move that, or as little (median of its channels)",
+        "theory: 3 dB, half or twice the energy. The two plays of test_recordings came to 0.84 to 1.17 in each of their channels; two false "
+        "answers of judged number 68, an end stop and a loosened part, to 0.5 and 2.0",
     )
 
     # --- is the step fine enough: judge.time_step

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..rules import RULES
 from .finding import Finding, Said
-from .motions import DEGREE, RATIO, RPM, near, number
+from .motions import DEGREE, RATIO, RPM, look_at_ratio, near, number
 from .pieces import Pieces
 
 R, KE, KT = "motor.resistance", "motor.voltage_constant", "motor.torque_constant"
@@ -321,7 +321,7 @@ def _inertia(pieces: Pieces, said: Said, name: str, w_name: str) -> list[Finding
     end = (
         "; or ".join(text for _, text in sorted(units))
         if units
-        else f"look at the inertias ({right}), at the gear's ratio and at the unit of {said(name)}"
+        else f"look at the inertias ({right}), at {look_at_ratio(said)} and at the unit of {said(name)}"
     )
     text = f"to gain speed as {said(w_name)} does, the rig's inertia asks for {number(asked / had)} times the {'force' if said.linear else 'torque'} of {said(name)}"
     gross = asked > RULES.data.gross_beside * (had + helped)

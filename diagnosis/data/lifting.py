@@ -17,7 +17,7 @@ from selflock.fmus.reducer import wedge
 from ..rules import RULES
 from .balances import CURRENT, KT, R, heaviest, input_speed, motor_volts
 from .finding import Finding, Said
-from .motions import RATIO, number
+from .motions import RATIO, look_at_ratio, number
 from .pieces import Pieces
 
 MU, MU_REST, PRELOAD, PULL = "reducer.friction_kinetic", "reducer.friction_static", "reducer.preload", "load.constant_torque"
@@ -63,6 +63,8 @@ def lifting(pieces: Pieces, said: Said, suspects: set[str]) -> list[Finding]:
         and (left := float(np.nansum(_asked(said, leans, w, full, times)[lifts]))) < RULES.data.gross * most
         and most < RULES.data.gross_beside * left
     ]
+    if said.value(RATIO) < 1.0:
+        slips = [f"look at {look_at_ratio(said)}", *slips]
     of = f"the torque of {said(name)}" if name in ("motor.torque", CURRENT) else f"what the motor can give with {said(name)}"
     assumed = f" = {said.value(name):g} V, which was assumed" if name in LIMITS and not said.given(name) else ""
     look = f"look at load.mass (kg), load.arm (m), load.constant_torque (N.m), reducer.friction_kinetic (1), the gear's ratio and the unit of {said(name)}"

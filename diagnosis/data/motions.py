@@ -224,6 +224,12 @@ def number(value: float) -> str:
     return f"{value:.3g}" if not 999.0 < abs(value) < 1e7 else f"{float(f'{value:.3g}'):.0f}"
 
 
+def look_at_ratio(said: Said) -> str:
+    """To look at the gear's ratio; below 1 it may stand upside down."""
+    ratio = said.value(RATIO)
+    return "the gear's ratio" if ratio >= 1.0 else f"the gear's ratio (input speed over output speed: {number(1.0 / ratio)}?)"
+
+
 def zero(pieces: Pieces, said: Said) -> list[Finding]:
     """An angle that follows its set-point from afar: a remark.
 

@@ -204,3 +204,9 @@ def test_shafts_that_turn_four_times_or_twice_as_far_may_be_an_encoders_counts(r
     """Only another ratio was told, and a user whose encoder counts four to a line was asked to write it."""
     found = [f.sentence for f in boxed(tmp_path, reducer__gear_ratio=ratio).findings if "turn in" in f.sentence]
     assert len(found) == 1 and (words in found[0] if words else "encoder" not in found[0]), found
+
+
+def test_a_ratio_below_1_may_stand_upside_down(tmp_path):
+    """Where one shaft alone is logged no other tells: the drive then seems to lift 60² times as much."""
+    found = boxed(tmp_path, ("motor.voltage", "motor.current", "reducer.input_speed"), reducer__gear_ratio=1.0 / RATIO)
+    assert any("(input speed over output speed: 60?)" in sentence for sentence in found.gross), found.lines()

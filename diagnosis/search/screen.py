@@ -93,7 +93,11 @@ def directions(
     misfit = _remembering(misfit)
     inside = [p for p in hypothesis.free if p.high > p.low]
     off = {p.name: p.nominal for p in inside}
-    amplitudes = [p for p in inside if _proportional(misfit, base, off, p, at)]
+    waves = any(p.role == PHASE for p in inside)
+    felt = lambda p: np.any(misfit({**base, **off, p.name: p.nominal + _step(p)}) != at)
+    # a wave's law has a sine times its amplitude, whatever a drive makes of it: behind a play little of it does otherwise than more
+    wave = lambda p: waves and p.role == AMPLITUDE and felt(p)
+    amplitudes = [p for p in inside if wave(p) or _proportional(misfit, base, off, p, at)]
     switched = dict(off)
     if not [p for p in amplitudes if not p.companion]:
         for switched in _settings(inside, amplitudes):
@@ -118,7 +122,7 @@ def directions(
     for p in inside:
         if p.companion or (p.told and not p.trials) or p.above or p.role in (PHASE, ORDER):
             continue
-        if p in amplitudes and (p.role == VALUE and dear or p.role == AMPLITUDE and any(q.role == PHASE for q in inside)):
+        if p in amplitudes and (p.role == VALUE and dear or p.role == AMPLITUDE and waves):
             continue  # a wave acts from the least of it on, and tells nothing at a phase that nobody looked for
         if p not in amplitudes or _bends(misfit, base, off, at, p):
             found += _jumps(

@@ -106,7 +106,12 @@ def _verdict(causes: list[NamedCause], worst: float, significant: bool, share: f
         return "none", "Nothing is missing that these data could show"
     if causes[0].kind == CURVE:
         return "unknown", f"Something is missing that goes with {causes[0].over} at {causes[0].place}: a curve, and no named law"
-    if share < RULES.judge.enough:
+    for cause in causes:
+        if loose := next(
+            (n for n in cause.numbers if n.name == "a" and (n.low is None or n.low <= 0.0 <= (n.high or 0.0))), None
+        ):
+            return "unknown", f"{cause.label} has a name, and the data do not tell how much of it there is: {loose}"
+    if share < RULES.judge.enough_of_whole:
         return "unknown", f"What has a name closes {100.0 * share:.0f} % of the error, too little to be what is missing"
     if any(cause.beside for cause in causes):
         return "ambiguous", "What is missing has more than one name that does as well"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import combinations, product
@@ -370,8 +370,8 @@ def _rounded_to(scene: Scene, place: Place, size: float, spread: float) -> np.nd
     return steps[sorted(peaks, key=lambda k: -gathered[k])[: RULES.naming.gathered]]
 
 
-def parameters(scene: Scene, taken_names: set[str], values: dict[str, dict]) -> Iterator[Trial]:
-    """Each number of the FMUs that a user could set, and that is not fitted anyway."""
+def parameters(scene: Scene, taken_names: set[str], values: dict[str, dict], felt: Callable[[str], float]) -> Iterator[Trial]:
+    """Each number of the FMUs that a user could set, and that is not fitted anyway. felt: how much of one that is 0 would make what is left."""
     parts = scene.parts
     for name, v in parts.variables.items():
         component = parts.owner(name)
@@ -386,6 +386,8 @@ def parameters(scene: Scene, taken_names: set[str], values: dict[str, dict]) -> 
         reach = RULES.naming.off_by * abs(given)
         if given == 0.0:
             reach = 2.0 * float(abs(scene.joined(name)).max()) if start_of and name in scene.series else 0.0
+        if reach == 0.0 and not np.isfinite(v.high - v.low):
+            reach = RULES.naming.off_by * felt(name)
         low, high = max(given - reach, v.low), min(given + reach, v.high)
         if reach == 0.0:
             low, high = v.low, v.high

@@ -236,11 +236,26 @@ class Looks:
         found, sizes, _ = np.linalg.svd(flat, full_matrices=False)
         return found[:, sizes > RULES.naming.degenerate * sizes.max(initial=0.0)]
 
+    def _felt(self, name: str) -> float:
+        """How much of a number that is 0 moves the outputs by as much as is left, as a little of it does; 0 where none is felt.
+
+        Of a drag that nobody gave there is no size to begin with: the least of these decades that moves anything is enough.
+        """
+        assert self.base.misfit is not None
+        left = float(np.linalg.norm(self.base.misfit))
+        for size in 10.0 ** np.arange(*RULES.naming.decades_of_nothing):
+            guess = Guess(g.PARAMETER, "parameter", name, (), (Number(name, name, 0.0, -size, size),))
+            if (moved := self._misfit(guess, {name: float(size)})) is None:
+                return 0.0
+            if (change := float(np.linalg.norm(moved - self.base.misfit))) > RULES.naming.unit * left:
+                return float(size) * left / change
+        return 0.0
+
     def first(self) -> None:
         """All that goes with variables as they are and is added, and what is no law."""
         scene, places = self.scene, self.scene.places
         if g.PARAMETER in self.kinds:
-            for trial in list(g.parameters(scene, self.taken, scene.parts.values)):
+            for trial in list(g.parameters(scene, self.taken, scene.parts.values, self._felt)):
                 self._column(trial)
         for k, place in enumerate(places):
             if self.ways and self.enough():

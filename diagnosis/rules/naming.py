@@ -150,6 +150,9 @@ class NamingRules:
         "theory: of 500 rows the nearer of two is off by less than a half, and a state that late differs by a tenth",
     )
     off_by: float = rule(4.0, "times itself by which a number of an FMU may be off", GRID)
+    decades_of_nothing: tuple[int, int] = rule(
+        (-6, 7), "powers of ten, as range has them, of which a number that is 0 and has no ends is tried until it is felt", GRID
+    )
     edges: int = rule(12, "stretches of a run between which an event may begin and end", GRID)
     gated: int = rule(3, "variables, and differences of two, that an event may be in proportion to, at most", TIME)
     edge_runs: int = rule(4, "runs in which events are looked for, at most", TIME)

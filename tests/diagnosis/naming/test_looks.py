@@ -59,3 +59,19 @@ def test_of_many_roundings_those_that_look_best_are_simulated(monkeypatch, stead
     assert len(simulated) == 1 + (count if steady else best)
     assert steady or {at["c.q"] for at in simulated[1:]} == nearest_of_all
     assert len(look.ways) == 1 + count  # all of them pay for chance
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_number_that_is_nothing_is_looked_for_as_far_as_it_is_felt(rng, sign):
+    """A drag coefficient of 0 without ends was never asked for: what 1000 kg feel of it is no size that its FMU knows."""
+    look = object.__new__(Looks)
+    left, moves = rng.standard_normal((2, 200))
+    look.base = SimpleNamespace(misfit=left)
+    gain = sign * 10.0 ** rng.uniform(-4.0, 4.0)
+    look._misfit = lambda guess, at: left + gain * at["car.drag"] * moves
+    most = np.linalg.norm(left) / np.linalg.norm(gain * moves)
+    assert look._felt("car.drag") == pytest.approx(most)
+    look._misfit = lambda guess, at: left
+    assert look._felt("car.drag") == 0.0
+    look._misfit = lambda guess, at: None  # it breaks off
+    assert look._felt("car.drag") == 0.0

@@ -121,7 +121,7 @@ def test_at_which_shaft_a_controller_sees_is_told_where_both_are_logged(way, cha
     ch = SimpleNamespace(has=lambda name: name in channels, memory={"way": way}, setting=setting)
     told = loop(ch, given)
     assert bool(told) == bool(seen and way == driven.ANGLE)
-    assert not told or f"is taken to see {seen}, {'as the rig says' if at else 'for so the drive'}" in told
+    assert not told or f"is taken to see {seen}, {'as the rig says' if at else 'for so least is left'}" in told
 
 
 @pytest.mark.slow

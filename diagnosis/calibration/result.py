@@ -89,6 +89,20 @@ class ChannelError:
         scatter = math.hypot(RULES.residuals.noise_scatter / math.sqrt(self.samples), math.sqrt(0.5 / count))
         return error > (RULES.search.clean + NormalDist().inv_cdf(1.0 - RULES.judge.significant) * scatter) * self.noise
 
+    def sentences(self) -> list[str]:
+        """What an error says against the numbers."""
+        error = self.after if self.held_out is None else self.held_out
+        if error is None or not self.lacking or error <= RULES.judge.excess * self.noise:
+            return []
+        if error > self.spread:
+            return [
+                f"{self.name} is off by more than what was measured of it varies: look at its column's unit and sign, and at what drives it"
+            ]
+        times = f"{self.name} is off by {error / self.noise:.2g} times its noise" if self.noise else f"{self.name} is off"
+        return [
+            f"{times}, of which the intervals know nothing: steps may be too long ([run] step, inputs), or something is missing (selflock name)"
+        ]
+
 
 @dataclass
 class Calibration:
@@ -123,7 +137,8 @@ class Calibration:
         """All that should be known before the numbers are used."""
         together = dict.fromkeys(tuple(sorted([n.name, *n.collinear_with])) for n in self.numbers if n.collinear_with)
         alike = [f"{', '.join(names[:-1])} and {names[-1]} cannot be told from one another in these logs" for names in together]
-        return [sentence for number in self.numbers for sentence in number.sentences()] + alike + self.notes
+        told = [number.sentences() for number in self.numbers] + [error.sentences() for error in self.errors]
+        return [sentence for sentences in told for sentence in sentences] + alike + self.notes
 
     def says(self) -> str:
         """What was found, in a clause."""

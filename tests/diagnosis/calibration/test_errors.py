@@ -30,3 +30,13 @@ def test_what_is_beyond_it_is_told_the_finer_the_more_samples(rng, rows, left):
 
 def test_a_run_that_broke_off_lacks(rng):
     assert ChannelError("y", "", None, None, 0.1, 1.0, 100).lacking
+
+
+@pytest.mark.parametrize(
+    "left, said",
+    [(1.0, ""), (1.4, ""), (3.0, "y is off by 3 times its noise"), (1e3, "more than what was measured of it varies")],
+)
+def test_what_is_left_speaks_against_the_numbers(left, said):
+    """A car in steps of a row left 2.9 times the noise, its drag beside the truth by four intervals, and nothing was doubtful."""
+    doubts = ChannelError("y", "", 5.0, 0.1 * left, 0.1, 9.0, 2000, 5.0, 0.1 * left, 2000).sentences()
+    assert len(doubts) == bool(said) and all(said in doubt for doubt in doubts)

@@ -107,9 +107,7 @@ def _verdict(causes: list[NamedCause], worst: float, significant: bool, share: f
     if causes[0].kind == CURVE:
         return "unknown", f"Something is missing that goes with {causes[0].over} at {causes[0].place}: a curve, and no named law"
     for cause in causes:
-        if loose := next(
-            (n for n in cause.numbers if n.name == "a" and (n.low is None or n.low <= 0.0 <= (n.high or 0.0))), None
-        ):
+        if loose := next((n for n in cause.numbers if n.name == "a" and _holds_nothing(n)), None):  # laws call their amount so
             return "unknown", f"{cause.label} has a name, and the data do not tell how much of it there is: {loose}"
     if share < RULES.judge.enough_of_whole:
         return "unknown", f"What has a name closes {100.0 * share:.0f} % of the error, too little to be what is missing"
@@ -118,6 +116,11 @@ def _verdict(causes: list[NamedCause], worst: float, significant: bool, share: f
     if significant and worst > RULES.judge.excess:
         return "explained", f"Some of what is missing has a name: what remains is {worst:.2g} times its noise"
     return "explained", "What is missing has a name"
+
+
+def _holds_nothing(number: Fitted) -> bool:
+    """Whether the data do not tell a number from 0."""
+    return number.low is None or number.high is None or number.low <= 0.0 <= number.high
 
 
 def _intervals(work: Work, best: Whole) -> dict[str, Fitted]:

@@ -65,7 +65,7 @@ class JudgeRules:
     )
     enough_of_whole: float = rule(
         0.8,
-        "the same of a whole drive where they leave more than `natural` times the noise, which a law of the right name seldom does",
+        "the same of a whole drive, and of what `selflock name` names, where they leave more than `natural` times the noise, which a law of the right name seldom does",
         "of 218 answers with names in the judged and quick studies up to number 68, nine wrong ones and one right lie between this and "
         "0.55, three wrong and two right between this and 0.9",
     )

@@ -71,10 +71,14 @@ class ChannelError:
     judged: int = 0  # samples of these
 
     @property
+    def error(self) -> float | None:
+        """What is left, on what is held out where that is."""
+        return self.after if self.held_out is None else self.held_out
+
+    @property
     def explained(self) -> float | None:
         """Share of the variance, on what is held out where that is."""
-        error = self.after if self.held_out is None else self.held_out
-        return 1.0 - (error / self.spread) ** 2 if self.spread and error is not None else None
+        return 1.0 - (self.error / self.spread) ** 2 if self.spread and self.error is not None else None
 
     @property
     def lacking(self) -> bool:
@@ -83,7 +87,7 @@ class ChannelError:
         A root mean square of n samples scatters by 1 / sqrt(2 n) of itself, the noise, told by a median, by more
         (`noise_scatter`). The more samples, the nearer to the noise must the error be.
         """
-        error, count = (self.after, self.samples) if self.held_out is None else (self.held_out, self.judged)
+        error, count = self.error, self.samples if self.held_out is None else self.judged
         if error is None or not (count and self.samples):
             return True
         scatter = math.hypot(RULES.residuals.noise_scatter / math.sqrt(self.samples), math.sqrt(0.5 / count))
@@ -91,7 +95,7 @@ class ChannelError:
 
     def sentences(self) -> list[str]:
         """What an error says against the numbers."""
-        error = self.after if self.held_out is None else self.held_out
+        error = self.error
         if error is None or not self.lacking or error <= RULES.judge.excess * self.noise:
             return []
         if error > self.spread:

@@ -16,6 +16,7 @@ import numpy as np
 from selflock.fmus.effect import PERIOD, SHAPES, STEP
 
 from ..residuals.drive_experiment import DriveExperiment
+from ..residuals.mending import rms
 from ..rules import RULES
 from ..search.hypotheses import Free
 
@@ -43,13 +44,11 @@ def as_widely(experiment: DriveExperiment, before: dict[str, float], after: dict
 
     Within `judge.as_widely` either way; channels that they do not move, such as a supply that was measured, say nothing.
     """
-    apart = lambda pairs, good: np.sqrt(sum(np.sum((a - b)[g] ** 2) for (a, b), g in zip(pairs, good)))
     shares = []
     for residual in experiment.residuals:
-        old, new = (experiment.compare(residual, values) for values in (before, after))
-        good = [was[2] & now[2] for was, now in zip(old, new)]
-        moved = apart([(now[0], was[0]) for was, now in zip(old, new)], good)
-        off = apart([(was[1], was[0]) for was in old], good)
+        runs = [*zip(*(experiment.compare(residual, values) for values in (before, after)))]
+        moved = rms([(now[0] - was[0])[was[2] & now[2]] for was, now in runs])
+        off = rms([(was[1] - was[0])[was[2] & now[2]] for was, now in runs])
         if moved > 0.0 and off > 0.0:
             shares.append(abs(float(np.log(moved / off))))
     return bool(shares) and float(np.median(shares)) <= np.log(RULES.judge.as_widely)

@@ -272,19 +272,22 @@ def _searched(
     ask = partial(problem_of, runs=runs, held=held, train=train, kept=kept)
     seen_at = lambda place: DriveExperiment(replace(rig, loop=place), runs)
     where = places(experiment, lambda place: ask(seen_at(place))) if experiment.by_channel and not rig.loop else []
-    found: list[tuple[float, DriveExperiment, Selection, list[dict]]] = []
-    for place in where or [""]:
-        experiment, problem = _asked(seen_at(place) if where else experiment, runs, ask)
+
+    def found_of(experiment: DriveExperiment) -> tuple[DriveExperiment, Selection]:
+        experiment, problem = _asked(experiment, runs, ask)
         placed = partial(place_again, experiment, anew=partial(ask, experiment)) if experiment.by_channel else lambda *_: None
         selection = ForwardSelection(problem, rng, tell, again=placed)
-        outcome = selection.run() if search else selection.run(0)
-        if not where[1:]:
-            return experiment, train, names, outcome
+        return experiment, selection.run() if search else selection.run(0)
+
+    if len(where) < 2:
+        experiment, outcome = found_of(seen_at(where[0]) if where else experiment)
+        return experiment, train, names, outcome
+    found: list[tuple[float, DriveExperiment, Selection, list[dict]]] = []
+    for place in where:
+        experiment, outcome = found_of(seen_at(place))
         left = leaves(outcome.searched, outcome.final.values, found[0][2].searched if found else outcome.searched)
         found.append((left, experiment, outcome, [dict(run.memory) for run in runs]))
-        if outcome.searched.excess(outcome.final.values).max() <= (
-            RULES.search.natural if outcome.causes else RULES.search.sound
-        ):
+        if outcome.searched.excess(outcome.final.values).max() <= _noise_left(bool(outcome.causes)):
             break
     _, experiment, outcome, memories = min(found, key=lambda one: one[0])
     for run, memory in zip(runs, memories):  # when its set-points jumped, as it was found there
@@ -323,7 +326,12 @@ def _voltage_told(problem: Problem, values: dict, caused: bool = False) -> bool:
     """
     excess = problem.excess(values)
     told = [e for e, residual in zip(excess, problem.experiment.residuals) if residual.output in VOLTAGES]
-    return bool(told) and max(told) <= (RULES.search.natural if caused else RULES.search.sound)
+    return bool(told) and max(told) <= _noise_left(caused)
+
+
+def _noise_left(caused: bool) -> float:
+    """Times its noise up to which nothing is missing of a channel; `caused` with causes."""
+    return RULES.search.natural if caused else RULES.search.sound
 
 
 def _hunts(experiment: DriveExperiment, train: np.ndarray, found: Judgement) -> bool:

@@ -28,37 +28,37 @@ SENSORS = {LOAD: (_LOADS, _LOADS), MOTOR: (_MOTORS, _MOTORS), DUAL: (_LOADS, _MO
 """At which shaft a controller may have its sensors: of angle and of speed, as their channels' names begin."""
 
 
-def shaft(channels: list[Channels]) -> str:
+def shaft(missed: dict[str, float]) -> str:
     """MOTOR where most of what the load's motion misses of the command is told by the wind-up; else LOAD; "" where no command tells."""
-    left = _left(channels)
-    return "" if LOAD not in left else MOTOR if left.get(MOTOR, np.inf) < RULES.residuals.seen_at_motor * left[LOAD] else LOAD
+    if LOAD not in missed:
+        return ""
+    return MOTOR if missed.get(MOTOR, np.inf) < RULES.residuals.seen_at_motor * missed[LOAD] else LOAD
 
 
-def dual(channels: list[Channels]) -> bool:
+def dual(missed: dict[str, float]) -> bool:
     """Whether DUAL sensors miss less than half of the command that both the load's and the motor's do.
 
     The wind-up's change is little beside the wind-up, and what set-points tell of it may be chance: a drive is simulated with them
     before they are believed.
     """
-    left = _left(channels)
-    others = [left[at] for at in (LOAD, MOTOR) if at in left]
-    return DUAL in left and left[DUAL] < RULES.residuals.seen_at_motor * min(others)
+    others = [missed[at] for at in (LOAD, MOTOR) if at in missed]
+    return DUAL in missed and missed[DUAL] < RULES.residuals.seen_at_motor * min(others)
 
 
-def _left(channels: list[Channels]) -> dict[str, float]:
+def command_missed(channels: list[Channels]) -> dict[str, float]:
     """What set-points tell of the command that the motion at each place of sensors misses, V; empty where there is no command.
 
     Whether a controller was told the speeds that are logged, or those of its angles, nobody says: a difference over many rows is
     late and blurred, a tacho has an error of its own. Each place is asked with those that suit it best.
     """
-    left: dict[str, float] = {}
+    least: dict[str, float] = {}
     speeds = any(ch.has(name) for ch in channels for name in ("load.speed", "reducer.input_speed"))
     for logged in (True, False) if speeds else (False,):
         found = [one for ch in channels if (one := _misses(ch, logged)) is not None]
         for at in found[0] if found else ():
             missed = float(np.linalg.norm(np.concatenate([one[at] for one in found])))
-            left[at] = min(missed, left.get(at, np.inf))
-    return left
+            least[at] = min(missed, least.get(at, np.inf))
+    return least
 
 
 def ahead(ch: Channels) -> bool:

@@ -17,7 +17,7 @@ from ..rules import RULES
 from . import drive, memory
 from .blocks import Blocks
 from .channels import Channels, derivative
-from .closing import shaft
+from .closing import command_missed, shaft
 from .experiment import Experiment
 from .kernels import kernels
 from .recorder import counts
@@ -45,7 +45,9 @@ class DriveExperiment(Experiment):
             long = max(rules.stretch, rules.stretch_left + self._asked())
             takes = [stretches(len(run), rules.samples / total, long) for run in self.runs]
         self.channels = self._channels(takes=takes)
-        if not rig.loop and len(rig.drives) == 1 and not self.steady and (at := shaft([*self.channels.values()])):
+        asked = not rig.loop and len(rig.drives) == 1 and not self.steady
+        self.command_missed = command_missed([*self.channels.values()]) if asked else {}
+        if at := shaft(self.command_missed):
             self.rig = rig = replace(rig, loop=at)
             self.setting = replace(self.setting, rig=rig)
             self.channels = self._channels(takes=takes)

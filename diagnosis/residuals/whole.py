@@ -24,14 +24,14 @@ import numpy as np
 
 from selflock.fmus.motor.effects.supply_sag import supplied
 
-from ..data.rig import DUAL, MOTOR, Rig
+from ..data.rig import DUAL, LOAD, MOTOR, Rig
 from ..data.signals import ANGLE_OF
 from ..data.values import resolution
 from ..errors import DataError
 from ..rules import RULES
 from . import drive, driven, free_law, laws, memory
 from .channels import Channels, integral, mean_rate
-from .closing import zero
+from .closing import SENSORS, zero
 from .compare import Compared
 from .forward import ROWS, stable
 from .grid import Grid, ahead, grid, refined, stamps
@@ -111,10 +111,10 @@ def seen_by_controller(ch: Channels) -> tuple[str, ...]:
     if (way := driven.of(ch)) == driven.VOLTAGE:
         return ()
     at = lambda side: ch.has(f"{side}{way}")
-    if ch.setting.rig.loop == DUAL and way == driven.ANGLE and at("load."):
-        return "load.angle", "reducer.input_speed"
     at_motor = at("reducer.input_") and (ch.setting.rig.loop == MOTOR or not at("load."))
-    return ("reducer.input_angle", "reducer.input_speed") if at_motor else ("load.angle", "load.speed")
+    dual = ch.setting.rig.loop == DUAL and way == driven.ANGLE and at("load.")
+    first, second = SENSORS[DUAL if dual else MOTOR if at_motor else LOAD]
+    return f"{first}angle", f"{second}speed"
 
 
 def makes_its_speed(ch: Channels) -> bool:

@@ -24,10 +24,10 @@ def places(experiment: DriveExperiment, at: Callable[[str], Problem]) -> list[st
     It is none where the drive leaves no more than noise. A command tells the load's from the motor's (closing.shaft), and whether
     they may be DUAL: then the first is that. at: the problem with its sensors at a place.
     """
-    channels = list(experiment.channels.values())
-    ch, told = channels[0], experiment.rig.loop
+    ch, told = next(iter(experiment.channels.values())), experiment.rig.loop
     now = taken_at(ch)
-    others = [place for place in sensed(ch) if place != now and (not told or place == DUAL and dual(channels))]
+    may_be = lambda place: place != now and (not told or place == DUAL and dual(experiment.command_missed))
+    others = [place for place in sensed(ch) if may_be(place)]
     if driven.of(ch) != driven.ANGLE or not others:
         return []
     problem = at(now).with_noise()

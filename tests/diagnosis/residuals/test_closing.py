@@ -7,7 +7,7 @@ import pytest
 from selflock.diagnosis.data.log import read
 from selflock.diagnosis.data.rig import DUAL, LOAD, MOTOR, load
 from selflock.diagnosis.residuals.channels import Channels
-from selflock.diagnosis.residuals.closing import ahead, dual, shaft, unseen, zero
+from selflock.diagnosis.residuals.closing import ahead, command_missed, dual, shaft, unseen, zero
 from selflock.diagnosis.residuals.drive import speed_setpoint
 from selflock.diagnosis.residuals.kernels import kernels
 from selflock.diagnosis.residuals.setting import Setting
@@ -58,30 +58,30 @@ def channels(folder, rng, at=LOAD, early=0, count=1e-3, zero=0.7, noise=0.02, li
 def test_the_command_tells_at_which_shaft_the_controllers_sensors_are(at, tmp_path, rng):
     """Through a wind-up of two counts, an encoder's zero, and a command that was read a row and a half early."""
     ch = channels(tmp_path, rng, at, early=1.5)
-    assert shaft([ch]) == at
-    assert at != MOTOR or not dual([ch])
+    assert shaft(command_missed([ch])) == at
+    assert at != MOTOR or not dual(command_missed([ch]))
 
 
 @pytest.mark.parametrize("at", [LOAD, MOTOR])
 def test_an_angle_that_is_logged_late_does_not_move_them(at, tmp_path, rng):
     """By up to 2 ms, which is more of a wind-up than there is; set-points stand in their rows."""
     ch = channels(tmp_path, rng, at, late=float(rng.uniform(-2e-3, 2e-3)))
-    assert shaft([ch]) == at
-    assert at != MOTOR or not dual([ch])
+    assert shaft(command_missed([ch])) == at
+    assert at != MOTOR or not dual(command_missed([ch]))
 
 
 @pytest.mark.parametrize("at", [LOAD, MOTOR])
 def test_a_speed_that_is_logged_late_does_not_move_them(at, tmp_path, rng):
     """What the controller was told is the speed of its angle; that of the log, a difference over many rows, is 20 to 40 ms old."""
     ch = channels(tmp_path, rng, at, over=int(rng.integers(40, 80)))
-    assert shaft([ch]) == at
-    assert at != MOTOR or not dual([ch])
+    assert shaft(command_missed([ch])) == at
+    assert at != MOTOR or not dual(command_missed([ch]))
 
 
 def test_a_coarse_encoder_does_not_move_the_sensors_to_the_other_shaft(tmp_path, rng):
     """Each of its counts is more than the command's range as the difference of two rows: where one falls would not be compared."""
     ch = channels(tmp_path, rng, LOAD, count=float(rng.uniform(8e-3, 12e-3)), limit=24.0)
-    assert shaft([ch]) == LOAD
+    assert shaft(command_missed([ch])) == LOAD
 
 
 def test_a_command_of_the_next_row_is_told(tmp_path, rng):

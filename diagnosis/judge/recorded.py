@@ -160,7 +160,7 @@ def loop(ch: Channels, given: Rig) -> str:
         if given.loop
         else "as its command tells"
         if commanded(ch) and ch.setting.rig.loop
-        else "for so least is left and no command tells; loop in the rig says another"
+        else 'for so least is left, and no command is logged that tells; if it is another, write loop = "load", "motor" or "dual" in [rig]'
     )
     return f"the controller is taken to see {seen}, {why}"
 

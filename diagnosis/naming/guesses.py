@@ -362,9 +362,11 @@ def _rounded_to(scene: Scene, place: Place, size: float, spread: float) -> np.nd
         return np.array([scene.played.rounded[place.variable].step])
     recorded = [] if place.where == IN else [run.signals[place.variable] for run in scene.played.runs]
     y = thinned(np.concatenate([np.zeros(0), *recorded]))
-    steps = steps_of(float(abs(y).max(initial=0.0)) or size, spread)
     if not len(y):
-        return steps
+        return steps_of(size, spread)
+    if not (varies := float(np.std(y))):
+        return np.zeros(0)
+    steps = steps_of(float(abs(y).max()), varies)
     gathered = gathers(y, steps)
     peaks = 1 + np.flatnonzero((gathered[1:-1] >= gathered[:-2]) & (gathered[1:-1] >= gathered[2:]))
     return steps[sorted(peaks, key=lambda k: -gathered[k])[: RULES.naming.gathered]]

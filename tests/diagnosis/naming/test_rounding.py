@@ -52,12 +52,17 @@ def test_noise_of_what_was_rounded_is_what_it_has_about_its_steps(rng):
     """Its errors differ from row to row by what the model goes, which is no noise; of another output they are asked as ever."""
     problem = Extending(None, [], (), [0], [np.ones(ROWS, bool)])
     vars(problem)["played"] = played = Extended.__new__(Extended)
-    played.rounded = {"wall.x": Rounded(0.3, 0.005)}
+    played.rounded, played.outputs = {"wall.x": Rounded(0.3, 0.005)}, ["wall.x", "room.x"]
+    coarse = 0.5 * np.round(rng.standard_normal(ROWS) / 0.5)
+    played.logged = [SimpleNamespace(signals={"wall.x": rng.standard_normal(ROWS), "room.x": rng.standard_normal(ROWS)})]
     vars(problem)["trusted"] = {"wall.x": [np.ones(ROWS, bool)], "room.x": [np.ones(ROWS, bool)]}
     error = 0.06 * rng.standard_normal(ROWS)
     assert problem.floor("wall.x", [error]) == 0.005
     assert problem.floor("room.x", [error]) == pytest.approx(0.06, rel=0.2)
     assert problem.floor("wall.x", [0.01 * error]) < 0.001
+    played.logged[0].signals["room.x"] = coarse  # the steps of a recorder are noise, though what is compared may be told anew
+    vars(problem).pop("quanta")
+    assert problem.floor("room.x", [error]) == pytest.approx(0.5 / np.sqrt(12.0))
 
 
 def test_of_what_was_rounded_no_other_step_is_looked_at(rng):

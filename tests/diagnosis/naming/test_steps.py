@@ -37,6 +37,7 @@ class Played(Extended):
     def __init__(self, step):
         self.step, self.inserts, self.parts, self.kept = step, (), SimpleNamespace(step=step), {}
         self.rounded, self.rounding = {}, {}
+        self.logged = [SimpleNamespace(signals={"x": TRUTH})]
 
     def extend(self, inserts):
         self.inserts = tuple(inserts)

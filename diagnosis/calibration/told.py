@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import stdtrit
 
+from ..residuals.mending import rms
 from ..rules import RULES
 from ..search.fit import Fit, weight
 from ..search.hypotheses import Free
 from ..search.starts import collinear
+from ..systems.sanity import held
 from .fit import Calibrating, End
 
 
@@ -30,6 +32,29 @@ def silent(problem: Calibrating, origin: np.ndarray) -> set[str]:
                     answers.append(float(abs(other - at).max(initial=0.0)))
         if answers and max(answers) <= RULES.calibrate.unmoved:
             found.add(number.name)
+    return found
+
+
+def misread(problem: Calibrating, given: dict[str, float], fitted: dict[str, float]) -> dict[str, str]:
+    """Of outputs that numbers as given simulate but for a unit, and which the fitted ones miss by about as much as they vary, what is wrong.
+
+    What fits to a column in mV is no more like it than what was given, which is: a factor that no part has, or the zero of another
+    scale of temperature. A sign, or a tenth, may be what is missing.
+    """
+    before, after, played = problem.errors(given), problem.errors(fitted), problem.played
+    found = dict[str, str]()
+    for name in played.outputs if before is not None and after is not None else ():
+        good = problem.trusted[name]
+        measured = np.concatenate([problem.runs[i].signals[name][t] for i, t in zip(problem.which, good)])
+        simulated = measured - np.concatenate([e[t] for e, t in zip(before[name], good)])
+        missed = rms([e[t] for e, t in zip(after[name], good)])
+        if missed <= RULES.data.unlike * float(np.std(measured)) or not np.ptp(measured) or not np.ptp(simulated):
+            continue
+        unit, makers = played.parts.variables[name].unit, [played.parts.owner(name)]
+        reads = [feed.channel for feed in played.group.feeds]
+        _, findings = held(name, unit, makers, reads, simulated, measured, problem.rig, RULES.data.gross_beside)
+        if findings and np.cov(simulated, measured)[0, 1] > 0.0:
+            found[name] = findings[0].sentence.rstrip(".")
     return found
 
 

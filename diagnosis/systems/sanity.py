@@ -5,6 +5,7 @@ Where the two are alike but for a factor, a sign or a zero that somebody slipped
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import pi
 
 import numpy as np
@@ -14,7 +15,6 @@ from ..data.motions import near, number
 from ..data.rig import Rig
 from ..data.sanity import Box
 from ..residuals.experiment import Experiment
-from ..residuals.residual import Residual
 from ..rules import RULES
 
 SLIPS = (  # measured over simulated, and what was read as what
@@ -34,36 +34,48 @@ def box(experiment: Experiment, rig: Rig) -> Box:
         simulated, measured = (np.concatenate([one[k][g] for one, g in zip(compared, sound)]) for k in (0, 1))
         if len(measured) < RULES.data.fewest_pieces or not np.ptp(measured) or not np.ptp(simulated):
             continue
-        said, found = _held(residual, simulated, measured, rig)
+        said, found = held(residual.output, residual.unit, residual.components, residual.reads, simulated, measured, rig)
         shows.append(said)
         findings += found
     return Box(tuple(shows), tuple(findings), {})
 
 
-def _held(residual: Residual, simulated: np.ndarray, measured: np.ndarray, rig: Rig) -> tuple[str, list[Finding]]:
-    """What an output is of its simulation, in words, and what is wrong where nothing but a slip makes it so."""
+def held(
+    output: str,
+    unit: str,
+    components: Sequence[str],
+    reads: Sequence[str],
+    simulated: np.ndarray,
+    measured: np.ndarray,
+    rig: Rig,
+    gross: float = RULES.data.gross,
+) -> tuple[str, list[Finding]]:
+    """What an output is of what components simulate of it, in words, and what is wrong where nothing but a slip makes it so.
+
+    unit: the output's; reads: the channels that the components are given; gross: the factor from which on it is a slip.
+    """
+    makers, inputs = ", ".join(components), ", ".join(reads)
     rules, x, y = RULES.data, simulated - simulated.mean(), measured - measured.mean()
     times, zero = float(x @ y / (x @ x)), float(measured.mean() - simulated.mean())
     size = float(np.sqrt(y @ y))
     asis, left = (float(np.linalg.norm(y - factor * x)) / size for factor in (1.0, times))
-    shows = f"{residual.output} = {times:.3g} times what {', '.join(residual.components)} computes"
+    shows = f"{output} = {times:.3g} times what {makers} computes"
     if left > rules.mended:  # the two are not alike
-        return f"{residual.output} is not like what {', '.join(residual.components)} computes", []
-    column = next((c.column for c in rig.columns if c.signal == residual.output), residual.output)
-    name = f"column {column!r} ({residual.output})"
-    inputs = ", ".join(residual.reads)
-    where = f"look at its unit, at those of {inputs} and at the parameters of {', '.join(residual.components)}"
+        return f"{output} is not like what {makers} computes", []
+    column = next((c.column for c in rig.columns if c.signal == output), output)
+    name = f"column {column!r} ({output})"
+    where = f"look at its unit, at those of {inputs} and at the parameters of {makers}"
     if times < 0.0 and rules.mends * left < asis:
-        text = f"{name} goes against what {', '.join(residual.components)} computes"
-        return shows, [
-            Finding(f"{text}: turn a sign, of it or of {inputs} (factor = -1.0 under [columns]).", True, (residual.output,))
-        ]
+        text = f"{name} goes against what {makers} computes"
+        return shows, [Finding(f"{text}: turn a sign, of it or of {inputs} (factor = -1.0 under [columns]).", True, (output,))]
     slip = next((what for factor, what in SLIPS if near(times, factor)), "")
-    if not 1.0 / rules.gross < times < rules.gross and rules.mends * left < asis:
+    if not 1.0 / gross < times < gross and rules.mends * left < asis:
         much = f"{number(times)} times" if times > 1.0 else f"1/{number(1.0 / times)} times"
-        text = f"{name} is {much} what {', '.join(residual.components)} computes"
-        return shows, [Finding(f"{text}: {f'{slip}? ' if slip else ''}{where}.", True, (residual.output,))]
-    if near(abs(zero), KELVIN, 1.0 + rules.known_slip) and residual.unit in ("K", "degC"):
-        text = f"{name} lies {zero:+.4g} {residual.unit} from what {', '.join(residual.components)} computes"
-        return shows, [Finding(f'{text}: K and degC exchanged? Write unit = "K" or "degC" for it, or for an input.', True, (residual.output,))]  # fmt: skip
+        text = f"{name} is {much} what {makers} computes"
+        return shows, [Finding(f"{text}: {f'{slip}? ' if slip else ''}{where}.", True, (output,))]
+    if near(abs(zero), KELVIN, 1.0 + rules.known_slip) and unit in ("K", "degC"):
+        text = f"{name} lies {zero:+.4g} {unit} from what {makers} computes"
+        return shows, [
+            Finding(f'{text}: K and degC exchanged? Write unit = "K" or "degC" for it, or for an input.', True, (output,))
+        ]
     return shows, []

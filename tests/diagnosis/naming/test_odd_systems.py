@@ -3,7 +3,7 @@
 import hidden
 import pytest
 
-from selflock.diagnosis import name
+from selflock.diagnosis import calibrate, name
 from selflock.diagnosis.naming.extended import Extended
 from selflock.errors import DataError
 
@@ -37,6 +37,19 @@ def test_what_cannot_be_reset_is_reset_nowhere(tmp_path, native, rng, monkeypatc
     result = name(rig, logs[:1], test=logs[1:], out=None)
     assert result.verdict == "none" and "it cannot be reset" in result.notes
     assert len(every) > 2 and not any(played.reusable for played in every)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("factor, zero, said", [(1000.0, 0.0, "times what"), (1.0, 273.15, "exchanged")])
+def test_a_column_in_another_unit_is_told_and_not_named(tmp_path, native, rng, factor, zero, said):
+    """No scale and no offset of a path, and no number of a body, makes mK of K."""
+    rig, logs = bodies(tmp_path, native, rng)
+    for log in logs:
+        table = hidden.body(rng, 600)
+        table.assign(body=factor * table["body"] + zero).to_csv(log, index=False)
+    with pytest.raises(DataError, match=rf"column 'body' \(relaxation.x\) .*{said}"):
+        name(rig, logs[:1], test=logs[1:], out=None)
+    assert any(said in note for note in calibrate(rig, logs[:1], test=logs[1:], out=None).notes)
 
 
 LOOP = """

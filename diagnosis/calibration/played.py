@@ -89,7 +89,7 @@ class Played:
         logged = {name for name in runs[0].signals if name in parts.variables}
         sources = {component for component, inputs in parts.inputs.items() if not inputs} - free
         causality = {name: variable.causality for name, variable in parts.variables.items()}
-        given = {n for n in logged if parts.owner(n) in sources or (causality[n] == "input" and n not in parts.links)}
+        given = {n for n in logged if parts.owner(n) in sources or causality[n] == "input"}
         self.outputs = [name for name in parts.variables if name in logged - given and causality[name] == "output"]
         if not self.outputs:
             known = [name for name, kind in causality.items() if kind == "output" and name not in given]

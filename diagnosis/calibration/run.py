@@ -20,6 +20,7 @@ from ..search.kept import Kept
 from ..systems.system import prepare
 from . import told
 from .fit import Calibrating, End, fit, fit_from, polished, remaining, spreads
+from .heard import as_measured, heard, sentences
 from .numbers import label, of_rig
 from .page import write
 from .played import Played
@@ -88,6 +89,10 @@ def _calibrated(problem: Calibrating, held: list[bool], starts: int, seed: int, 
     origin = np.array([n.place(n.start) for n in problem.free])
     problem.units = spreads(played)
     notes = _first_look(problem, origin)
+    if names := heard(problem, problem.values(origin)):
+        notes += sentences(names, problem)
+        problem.hear(as_measured(runs, {name: played.parts.links[name] for name in names}))
+        played, runs = problem.played, problem.runs
     quiet = told.silent(problem, origin)
     problem.fixed |= {n.name: n.start for n in numbers if n.name in quiet}
     origin = np.array([n.place(n.start) for n in problem.free])
@@ -122,6 +127,7 @@ def _calibrated(problem: Calibrating, held: list[bool], starts: int, seed: int, 
         )
         for name in played.outputs
     ]
+    notes += told.misread(problem, given, values).values()
     found, like = _numbers(problem, final, values, quiet, labels)
     effort = played.effort
     return Calibration(
@@ -173,7 +179,7 @@ def _first_look(problem: Calibrating, origin: np.ndarray) -> list[str]:
         notes.append(
             f"the system goes in steps of {step:g} s, and the log has a row every {rows:.4g} s: with step = {rows:.4g} under [rig] it is as fine"
         )
-    notes += played.parts.left_open(played.group)
+    notes += played.parts.not_as_wired(played.group)
     if played.still():
         channels = ", ".join(feed.channel for feed in played.group.feeds)
         if not _moving(problem):

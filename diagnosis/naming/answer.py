@@ -42,7 +42,7 @@ def told_of(found: Search, seed: int) -> Naming:
         verdict, why = "unknown", "The time limit came before anything was held against the base"
     effort = work.played.effort
     rig = work.rig
-    notes = [*work.parts.left_open(work.played.group), *found.notes, *work.played.notes]
+    notes = [*work.parts.not_as_wired(work.played.group), *found.notes, *work.played.notes]
     if effort.runs and sum(effort.failed.values()) > RULES.naming.broken * effort.runs:
         ((reason, _),) = effort.failed.most_common(1)
         notes.append(f"{sum(effort.failed.values())} of {effort.runs} simulations broke off, most with: {reason}")

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..calibration import told
 from ..calibration.fit import End, fit, fit_from, remaining
+from ..calibration.heard import heard, sentences
 from ..calibration.numbers import Number, of_rig
 from ..calibration.run import division, here, reached, sizes
 from ..calibration.slopes import Forward
@@ -22,7 +23,6 @@ from ..data.rig import SMOOTH, Rig
 from ..errors import DataError
 from ..pipeline.run import gather
 from ..residuals.blocks import Blocks
-from ..residuals.mending import rms
 from ..rules import RULES
 from ..search.kept import Kept
 from ..systems.system import prepare
@@ -43,7 +43,7 @@ from .sampled import sampled
 from .shape import one_shape
 from .steps import Model, around, fine_enough, in_own_steps, in_vanishing, released, widened
 from .whole import Whole, falls, fitted, helps, measured
-from .work import Work, heads, without
+from .work import Work, heads, later, without
 
 PREFIX = "correction"
 
@@ -210,6 +210,10 @@ def _as_much(found: Search, work: Work, near: Extending) -> bool:
 def _fitted_base(asked: Asked, work: Work, starts: int, seed: int) -> tuple[Work, Extending, np.ndarray]:
     """The heads of the runs with what the rig sets free fitted to them, where what was read before the step that computes it is compared behind that."""
     near = heads(work)
+    if names := heard(near, {n.name: n.start for n in near.numbers}):
+        asked.notes += sentences(names, near)
+        near.played.close()
+        near = heads(work := work.hearing(names))
     assert isinstance(near.played, Extended)
     places, told_of_base = _base(work, near, near.played, starts, seed)
     asked.notes += told_of_base
@@ -224,7 +228,7 @@ def _fitted_base(asked: Asked, work: Work, starts: int, seed: int) -> tuple[Work
             f"the next step ({now:.3g} -> {then:.3g})"
             for name, (now, then) in told.items()
         ]
-    if _later(work, near, near.values(places)):
+    if later(work, near, near.values(places)):
         near.played.close()
         longer = heads(work, RULES.naming.glance_longer)
         longer.fixed = near.fixed
@@ -472,26 +476,10 @@ def _base(work: Work, near: Extending, played: Extended, starts: int, seed: int)
     notes = [f"{name} changes nothing that is compared, and keeps its value" for name in sorted(quiet)]
     origin = np.array([n.place(n.start) for n in near.free])
     ends = fit(near, origin, starts if len(origin) else 1, seed, here, lambda what, share: None)
-    return reached(near, ends, "named").places, notes
-
-
-def _later(work: Work, near: Extending, values: dict[str, float]) -> bool:
-    """Whether what lies behind the heads of the runs leaves more than they do: something happens there."""
-    if all(len(run) == len(work.runs[i]) for i, run in zip(work.which, near.runs)):
-        return False
-    problem = work.problem()
-    errors = problem.errors(values)
-    if errors is None:
-        return False
-    for name, parts in errors.items():
-        sizes_of = []
-        for behind in (False, True):
-            part = lambda x, run, behind=behind: x[len(run) :] if behind else x[: len(run)]
-            chosen = [part(e, run)[part(t, run)] for e, t, run in zip(parts, problem.trusted[name], near.runs)]
-            sizes_of.append(rms(chosen) if any(len(e) for e in chosen) else 0.0)
-        if sizes_of[1] > RULES.naming.later * sizes_of[0]:
-            return True
-    return False
+    places = reached(near, ends, "named").places
+    if wrong := told.misread(near, {n.name: n.start for n in near.numbers}, near.values(places)):
+        raise DataError(f"{near.runs[0].log}: {next(iter(wrong.values()))}.")
+    return places, notes
 
 
 def _told(tell: Callable, k: int) -> Callable[[str, float], None]:

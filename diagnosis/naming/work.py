@@ -11,10 +11,12 @@ from functools import cached_property
 import numpy as np
 
 from ..calibration.fit import spreads
+from ..calibration.heard import as_measured
 from ..calibration.numbers import Number, label
 from ..data.log import MeasuredRun
 from ..data.rig import Rig
 from ..residuals.blocks import Blocks
+from ..residuals.mending import rms
 from ..rules import RULES
 from ..search.kept import Kept
 from ..systems.parts import Parts
@@ -55,6 +57,11 @@ class Work:
         played.rounded, played.logged, played.early = self.rounded, logged or runs, self.played.early
         self.opened.callback(played.close)
         return played
+
+    def hearing(self, names: Iterable[str]) -> Work:
+        """The same where these inputs are given what was measured of what gives them (calibration.heard)."""
+        runs = as_measured(self.runs, {name: self.parts.links[name] for name in names})
+        return replace(self, runs=runs, played=self.played_on(self.parts, runs, self.numbers))
 
     def read_early(self, names: Iterable[str]) -> None:
         """From now on these outputs are compared a step later (rows.followed)."""
@@ -148,3 +155,22 @@ def without(near: Extending, numbers: Sequence[Number], inserts: Sequence[Insert
     assert isinstance(near.played, Extended)
     near.played.extend(inserts)
     return found
+
+
+def later(work: Work, near: Extending, values: dict[str, float]) -> bool:
+    """Whether what lies behind the heads of the runs leaves more than they do: something happens there."""
+    if all(len(run) == len(work.runs[i]) for i, run in zip(work.which, near.runs)):
+        return False
+    problem = work.problem()
+    errors = problem.errors(values)
+    if errors is None:
+        return False
+    for name, parts in errors.items():
+        sizes_of = []
+        for behind in (False, True):
+            part = lambda x, run, behind=behind: x[len(run) :] if behind else x[: len(run)]
+            chosen = [part(e, run)[part(t, run)] for e, t, run in zip(parts, problem.trusted[name], near.runs)]
+            sizes_of.append(rms(chosen) if any(len(e) for e in chosen) else 0.0)
+        if sizes_of[1] > RULES.naming.later * sizes_of[0]:
+            return True
+    return False

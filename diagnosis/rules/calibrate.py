@@ -52,6 +52,13 @@ class CalibrateRules:
     )
     narrower: int = rule(2, "times that a difference is made 100 times smaller where the system fails on both sides", FAMILIES)
 
+    # --- what a log gives: calibration.heard
+    heard: float = rule(
+        0.5,
+        "share of an output's noise from row to row that is left where its component is given what was measured of another's",
+        "theory: noise that it heard goes, noise that it did not hear comes in; half lies between, and no fit is asked",
+    )
+
     # --- what is told: calibration.told
     unmoved: float = rule(
         1e-12,

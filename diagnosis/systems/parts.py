@@ -115,11 +115,17 @@ class Parts:
                     "of it. Leave it out where the log has what the FMU has, else write factor = (what 1 of the log is there)."
                 )
 
-    def left_open(self, group: Group) -> list[str]:
-        """A sentence on the inputs of a group that nothing gives, no column and no other component; none where there are none."""
+    def not_as_wired(self, group: Group) -> list[str]:
+        """Sentences on the inputs of a group that nothing gives, and on those whose own column goes before what is connected to them."""
         given = {*self.links, *(feed.target for feed in group.feeds)}
         left = [name for member in group.members for name in self.inputs[member] if name not in given]
-        return [f"no column gives {', '.join(left)}: taken to stay as the FMU starts"] if left else []
+        own = [
+            n for n in (column.signal for column in self.rig.columns) if n in self.links and self.links[n].target in group.members
+        ]
+        source = lambda name: f"{self.links[name].source}.{self.links[name].output}"
+        return [f"no column gives {', '.join(left)}: taken to stay as the FMU starts"] * bool(left) + [
+            f"{name} is given by its own column, and not by {source(name)}, which is connected to it" for name in own
+        ]
 
     def group(self, wanted: list[str], measured: set[str]) -> Group:
         """The components in `wanted` with all that the log must be helped out with."""

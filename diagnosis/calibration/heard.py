@@ -1,0 +1,78 @@
+"""Inputs that another component gives, and that heard what was measured of it with its noise: as a controller hears its sensor.
+
+What a sensor adds goes through such a controller into all that follows, and no model knows it. Given what was measured it is no
+more of a riddle than any other input of a log.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from contextlib import closing
+from dataclasses import replace
+
+import numpy as np
+
+from selflock.master.wiring import Link
+
+from ..data.log import MeasuredRun
+from ..rules import RULES
+from .fit import Calibrating
+from .played import Played
+
+
+def heard(problem: Calibrating, values: dict[str, float]) -> dict[str, tuple[float, float]]:
+    """Such inputs, with the noise of an output of their component as the model gives them and as they were measured, in units of its spread.
+
+    Told by that noise alone, from row to row, which no slow cause changes: where a component heard what was measured most of it
+    goes, and where it did not the sensor's comes in. An output may have been read in the row of what it follows (naming.rows).
+    """
+    parts, played = problem.played.parts, problem.played
+    fed = {feed.target for feed in played.group.feeds}
+    links = {
+        n: link
+        for n, link in parts.links.items()
+        if link.target in played.group.members and link.source != link.target and not (link.text or link.mapping)
+    }
+    errors, found = problem.errors(values), dict[str, tuple[float, float]]()
+    for name, link in links.items() if errors is not None else ():
+        mine = [output for output in played.outputs if parts.owner(output) == link.target]
+        if name in fed or not mine or f"{link.source}.{link.output}" not in played.outputs:
+            continue
+        with closing(Played(problem.rig, parts, as_measured(problem.runs, {name: link}), problem.numbers)) as other:
+            simulated = other.errors(problem.settings(values), problem.which)
+        for output in mine if simulated is not None else ():
+            spread = played.spread(output) or 1.0
+            now = problem.floor(output, errors[output]) / spread
+            then = min(problem.floor(output, one) for one in (simulated[output], _a_row_on(problem, output, simulated[output])))
+            if now > RULES.pipeline.fine and then / spread < RULES.calibrate.heard * now:
+                found[name] = now, then / spread
+    return found
+
+
+def _a_row_on(problem: Calibrating, output: str, errors: list[np.ndarray]) -> list[np.ndarray]:
+    """What is left beside that which is simulated for the next row."""
+    measured = [problem.runs[i].signals[output] for i in problem.which]
+    return [np.append((y[:-1] - (y - e)[1:]), e[-1:]) for y, e in zip(measured, errors)]
+
+
+def as_measured(runs: Sequence[MeasuredRun], links: dict[str, Link]) -> list[MeasuredRun]:
+    """The runs with these inputs as columns of their own: what was measured of what gives them."""
+    found = []
+    for run in runs:
+        signals, good = dict(run.signals), dict(run.good)
+        for name, link in links.items():
+            source = f"{link.source}.{link.output}"
+            signals[name] = link.factor * run.signals[source] + link.offset
+            if source in run.good:
+                good[name] = run.good[source]
+        found.append(replace(run, signals=signals, good=good))
+    return found
+
+
+def sentences(found: Iterable[str], problem: Calibrating) -> list[str]:
+    """What is to be told of them."""
+    links = problem.played.parts.links
+    return [
+        f"{name} is given what was measured of {links[name].source}.{links[name].output}: {links[name].target} heard its noise"
+        for name in found
+    ]

@@ -34,13 +34,17 @@ def heard(problem: Calibrating, values: dict[str, float]) -> dict[str, tuple[flo
         if link.target in played.group.members and link.source != link.target and not (link.text or link.mapping)
     }
     errors, found = problem.errors(values), dict[str, tuple[float, float]]()
-    for name, link in links.items() if errors is not None else ():
+    if errors is None:
+        return found
+    for name, link in links.items():
         mine = [output for output in played.outputs if parts.owner(output) == link.target]
         if name in fed or not mine or f"{link.source}.{link.output}" not in played.outputs:
             continue
         with closing(Played(problem.rig, parts, as_measured(problem.runs, {name: link}), problem.numbers)) as other:
             simulated = other.errors(problem.settings(values), problem.which)
-        for output in mine if simulated is not None else ():
+        if simulated is None:
+            continue
+        for output in mine:
             spread = played.spread(output) or 1.0
             now = problem.floor(output, errors[output]) / spread
             then = min(problem.floor(output, one) for one in (simulated[output], _a_row_on(problem, output, simulated[output])))

@@ -43,7 +43,9 @@ def misread(problem: Calibrating, given: dict[str, float], fitted: dict[str, flo
     """
     before, after, played = problem.errors(given), problem.errors(fitted), problem.played
     found = dict[str, str]()
-    for name in played.outputs if before is not None and after is not None else ():
+    if before is None or after is None:
+        return found
+    for name in played.outputs:
         good = problem.trusted[name]
         measured = np.concatenate([problem.runs[i].signals[name][t] for i, t in zip(problem.which, good)])
         simulated = measured - np.concatenate([e[t] for e, t in zip(before[name], good)])

@@ -13,8 +13,9 @@ from __future__ import annotations
 
 import ctypes
 import time as clock
+from collections.abc import Callable
 from itertools import groupby
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from llvmlite import ir
@@ -160,8 +161,8 @@ def _carry_out(kinds, where, numbers, first, row, index, start, step, time, size
 
 
 @njit(cache=True, nogil=True)  # rows are written, and Ctrl-C is heard, while an FMU takes its time
-def _sail(kinds, where, numbers, start, first, count, size, every, sources, rows, fill, hold, let_go):
-    """Macro steps `first` to `first + count`, a row after each `every`th: (steps made, rows, failed operation, status).
+def _sail(kinds, where, numbers, start, first, count, size, sources, rows, fill, hold, let_go):
+    """Macro steps `first` to `first + count`, a row after each: (steps made, rows, failed operation, status).
 
     hold, let_go: of Python's lock, which FMUs in Python else take at each call; 0: it is left to them.
     """
@@ -174,11 +175,10 @@ def _sail(kinds, where, numbers, start, first, count, size, every, sources, rows
         if failed >= 0:
             done = index - first
             break
-        if (index + 1) % every == 0:
-            rows[fill, 0] = start + (index + 1) * size
-            for column in range(len(sources)):
-                rows[fill, column + 1] = _load(sources[column])
-            fill += 1
+        rows[fill, 0] = start + (index + 1) * size
+        for column in range(len(sources)):
+            rows[fill, column + 1] = _load(sources[column])
+        fill += 1
     if hold != 0:
         _let_go(let_go, held)
     return done, fill, failed, status
@@ -330,8 +330,11 @@ def clocks(convoy: Convoy, recorder: Recorder) -> dict[str, Seat] | None:
     return sources if plain else None
 
 
-def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
-    """All macro steps of a run whose parts are one convoy, in stretches that end where rows are looked at."""
+def sail(running: Running, convoy: Convoy, count: int, kept: Callable[[Any], Any]) -> None:
+    """All macro steps of a run whose parts are one convoy, in stretches that end where rows are looked at.
+
+    kept: whether the row after so many of them is in the results.
+    """
     recorder, sink = running.recorder, running.sink
     timed = clocks(convoy, recorder) or {}
     tables = {name: np.zeros((STRETCH + 1, len(seat.outputs))) for name, seat in timed.items()}
@@ -343,8 +346,7 @@ def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
     lock = LOCK if all(native.python for native in convoy.natives.values()) else (0, 0)
     pace = STRETCH
     while running.index < count:
-        room = (len(sink.block) - sink.fill) * every - running.index % every
-        stretch = min(count - running.index, room, pace)
+        stretch = min(count - running.index, len(sink.block) - sink.fill, pace)
         first, filled, began = running.index, sink.fill, clock.perf_counter()
         for name, seat in timed.items():
             tables[name][: stretch + 1] = seat.part.ahead(start + np.arange(first, first + stretch + 1) * size)
@@ -356,15 +358,14 @@ def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
             running.index,
             stretch,
             size,
-            every,
             sources,
             sink.block,
             sink.fill,
             *lock,
         )
-        ended = np.arange(first + 1, first + done + 1)
         for seat, column, place in recorder.told:
-            sink.block[filled:fill, column] = tables[seat.name][1:][:done][ended % every == 0, place]
+            sink.block[filled:fill, column] = tables[seat.name][1 : done + 1, place]
+        sink.wanted[filled:fill] = kept(np.arange(first + 1, first + done + 1))
         sink.fill = fill  # no sooner: another thread may keep all rows up to it at any time
         pace = min(max(int(stretch * AT_ONCE / max(clock.perf_counter() - began, 1e-9)), 1), STRETCH)
         running.index += done
@@ -378,8 +379,7 @@ def sail(running: Running, convoy: Convoy, count: int, every: int) -> None:
             if running.ends and running.over(now):
                 return
             running.time = now
-            if running.index % every == 0:
-                recorder.row(now)
+            recorder.row(now, bool(kept(running.index)))
         if running.tell is not None:
             running.tell(running.time)
         running.heed()

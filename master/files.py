@@ -74,10 +74,6 @@ class File(Sink):
         """How far the file is."""
         return Mark(self._written, self._size, self._until)
 
-    def resumed(self, fill: int) -> None:
-        super().resumed(fill)
-        self.rows = self._written - fill
-
     def _open(self, path: Path, begin: bytes) -> IO[bytes]:
         """The file, cut off where it goes on, or begun."""
         if not self._size:

@@ -38,7 +38,7 @@ class Sink(ABC):
         self.flat = view(self.block.reshape(-1))  # row r starts at r · width
         self.words: list[list[str]] = []
         self.fill = self._good = self._saved = 0  # rows in the block; how many of them were looked at; and are kept
-        self.rows = 0  # in all blocks before this one
+        self.wanted = np.ones(ROWS, bool)  # which of them are to be kept; all are looked at, and count for peaks and energies
         self.seen = Seen(columns)
         self._lock = Lock()
 
@@ -58,7 +58,7 @@ class Sink(ABC):
             if self.fill:
                 self._save()
                 self.seen.add(self.block[: self.fill])
-                self.rows += self.fill
+                self.wanted[:] = True
                 self.fill = self._good = self._saved = 0
                 self.words.clear()
 
@@ -67,14 +67,22 @@ class Sink(ABC):
         with self._lock:
             self._save()
 
+    def want_last(self) -> None:
+        """Keep the last row, for the run ends with it."""
+        with self._lock:
+            if self.fill:
+                self.wanted[self.fill - 1] = True
+
     def resumed(self, fill: int) -> None:
         """The block holds so many rows, which are kept already."""
         self.fill = self._good = self._saved = fill
 
     def _save(self) -> None:
-        if (first := self._saved) < (last := self.fill):
-            self.keep(self.block[first:last], self.words[first:last])
-            self._saved = last
+        wanted = self._saved + np.flatnonzero(self.wanted[self._saved : self.fill])
+        if len(wanted):  # what is not wanted behind the last of them may be the run's end
+            rows = slice(self._saved, self.fill) if len(wanted) == self.fill - self._saved else wanted
+            self.keep(self.block[rows], [self.words[k] for k in wanted] if self.words else [])
+            self._saved = int(wanted[-1]) + 1
 
     def keep(self, numbers: np.ndarray, words: list[list[str]]) -> None:
         """Keep or write some rows: numbers, of which the block will hold others, and texts."""
@@ -127,15 +135,15 @@ class Memory(Sink):
 
     def copied(self) -> Any:
         """All rows as they are now, for `back`."""
-        state = self.block[: self.fill].copy(), self._good, self._saved, self.rows, list(self.words), self.seen.copied()
-        return list(self._rows), *state
+        rows, wanted = self.block[: self.fill].copy(), self.wanted.copy()
+        return list(self._rows), rows, wanted, self._good, self._saved, list(self.words), self.seen.copied()
 
     def back(self, state: Any) -> None:
         """To the rows that there were."""
-        kept, rows, self._good, self._saved, self.rows, words, seen = state
+        kept, rows, wanted, self._good, self._saved, words, seen = state
         self._rows, self.words, self.seen, self._table = list(kept), list(words), seen.copied(), None
         self.fill = len(rows)
-        self.block[: self.fill] = rows
+        self.block[: self.fill], self.wanted[:] = rows, wanted
 
 
 @dataclass

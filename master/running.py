@@ -127,11 +127,10 @@ class Running:
             self.states.restore(self)
             self.resumed = True
 
-    def arrive(self, time: float, record: bool = True) -> None:
-        """At a communication point: write a row, let others look."""
+    def arrive(self, time: float, keep: bool = True) -> None:
+        """At a communication point: write a row, let others look. keep: it is in the results; peaks are of all."""
         self.time = time
-        if record:
-            self.recorder.row(time)
+        self.recorder.row(time, keep)
         if self.observe is not None:
             self.observe(time, self.wiring.parts)
         if self.tell is not None:
@@ -170,6 +169,7 @@ class Running:
             self.index -= 1
             if len(stepped) == 1 and stepped[0].even and at > self.time + slack:
                 self.arrive(at)
+            self.sink.want_last()
         self.ended = {name: at}
         return True
 
@@ -178,6 +178,7 @@ class Running:
         if not (self.stops.asked or isinstance(error, KeyboardInterrupt)):
             return None
         self.interrupted = False
+        self.sink.want_last()
         self.sink.flush()
         result = self.result()
         result.notes = [*result.notes, f"interrupted at t = {self.time:.9g} s"]
@@ -264,7 +265,7 @@ class Recorder:
                 position += 1
         self.pieces = [(p.first, p.first + p.count, p.values[p.begin : p.begin + p.count]) for p in pieces]
 
-    def row(self, time: float) -> None:
+    def row(self, time: float, keep: bool = True) -> None:
         sink = self.sink
         for seat in self.timed:
             if seat.evaluated != time:
@@ -275,6 +276,8 @@ class Recorder:
             flat[base + first : base + last] = values
         if self.texts:
             sink.words.append([part.get(name) for part, name in self.texts])
+        if not keep:
+            sink.wanted[sink.fill] = False
         sink.fill += 1
         if not sink.fill & 15:
             self.check()

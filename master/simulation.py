@@ -221,7 +221,7 @@ def _all(running: Running, steps: Stepping) -> None:
             ):
                 if convoy.clocks(one, running.recorder) is not None:
                     log.debug("all %d FMUs are stepped in one compiled loop", len(steps.seats))
-                    return convoy.sail(running, one, round(steps.count), steps.every)
+                    return convoy.sail(running, one, round(steps.count), steps.kept)
             steps.stepped = formed
             log.debug("%d FMUs and parts are stepped as %d", len(steps.seats), len(formed))
     while not steps.over:
@@ -275,6 +275,7 @@ class failing:
                 if earlier.status != error.status:
                     earlier.args = (f"{earlier}\n  after that, {error}",)
                     error.args = earlier.args
+            running.sink.want_last()
             running.sink.flush()
             error.result = result = running.result()
             where = f"in {result.path}" if result.path else "in the `result` of this exception"

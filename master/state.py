@@ -114,7 +114,7 @@ class States:
         sink.block[:fill] = found["block"]
         sink.words = head["words"]
         sink.resumed(fill)
-        if sink.rows:
+        if np.isfinite(found["before"]).any():  # a block was full
             sink.seen.known(found["before"])
         for watch, met in zip(sink.seen.watches, head["met"]):
             watch.met = met

@@ -71,7 +71,11 @@ class Fixed(Stepping):
         running.index = index = index + 1
         if running.ends and running.over(end):
             return
-        running.arrive(end, index % self.every == 0)
+        running.arrive(end, self.every == 1 or bool(self.kept(index)))
+
+    def kept(self, index: Any) -> Any:
+        """Whether the row after so many steps is in the results: each after [run] interval, and the last."""
+        return (index % self.every == 0) | (index == self.count)
 
     def save(self) -> Any:
         return self.coupling.save()

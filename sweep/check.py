@@ -10,6 +10,7 @@ from selflock.master.errors import warn
 from selflock.master.face import Part
 from selflock.master.initial import not_taken
 from selflock.master.process import ProcessPart
+from selflock.master.simulation import check_times
 from selflock.master.system import System
 from selflock.master.values import resolved
 from selflock.master.wiring import Wiring, make, typed, wire
@@ -28,6 +29,7 @@ def check(study: Study, system: System) -> None:
 
     Others' FMUs are tried in processes of their own: what ends one of them here is a failed run there.
     """
+    check_times(system, system.run.stop if study.stop is None else study.stop)
     apart = {
         name: replace(component, process=True) if component.fmu and not component.fmu.startswith(OURS) else component
         for name, component in system.components.items()

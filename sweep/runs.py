@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -89,6 +90,8 @@ def run_one(bench: Bench, item: dict[str, Any]) -> tuple[dict[str, Any], dict[st
     """One run: its figures, and its table where that is wanted."""
     try:
         system, settings = adapt(bench.system, item["settings"])
+        every = max(1, round(system.run.interval / system.run.step))
+        system = replace(system, run=replace(system.run, interval=0.0))  # figures are of all steps, whatever rows are kept
         result = master.run(system, settings=settings, stop=bench.stop, keep=bench.parts)
     except master.PartFailed as error:
         raise SweepError(str(error).partition("\n  the results until")[0]) from error
@@ -100,12 +103,14 @@ def run_one(bench: Bench, item: dict[str, Any]) -> tuple[dict[str, Any], dict[st
     if not bench.table:
         return row, {}
     name = f"tables/{digest(item)[:16]}.parquet"
-    return {**row, "table": name}, {name: _parquet(result)}
+    return {**row, "table": name}, {name: _parquet(result, every)}
 
 
-def _parquet(result: master.Result) -> bytes:
-    """The run's table as the master writes it, units in the metadata."""
-    table = pa.Table.from_pandas(result.table, preserve_index=False).replace_schema_metadata(None)
+def _parquet(result: master.Result, every: int) -> bytes:
+    """The run's table as the master writes it, each `every`th row and the last, units in the metadata."""
+    rows = np.arange(len(result.table))
+    kept = result.table[(rows % every == 0) | (rows == len(rows) - 1)]
+    table = pa.Table.from_pandas(kept, preserve_index=False).replace_schema_metadata(None)
     fields = [field.with_metadata({"unit": result.units.get(field.name, "")}) for field in table.schema]
     buffer = io.BytesIO()
     pq.write_table(table.cast(pa.schema(fields)), buffer)

@@ -1,5 +1,6 @@
 """Tables of results, in memory and in files."""
 
+import math
 import tracemalloc
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from pyarrow import parquet
 
 from selflock import master
-from selflock.master import files, results
+from selflock.master import files, results, simulation
 
 
 def table_of(system, out=None, **run):
@@ -135,3 +136,35 @@ def test_what_a_name_holds_breaks_no_line_of_the_summary(system):
     description.name = "one\nerror: two\x1b[2J"
     told = master.run(description).summary()
     assert len(told.splitlines()) == len(lines) and told.startswith(r"one\nerror: two\x1b[2J: 0.1 s")
+
+
+@pytest.mark.parametrize("worth", [math.inf, 0])
+@pytest.mark.parametrize("ending", [None, ".csv", ".parquet"])
+def test_an_interval_thins_rows_and_neither_peaks_nor_the_end(native, monkeypatch, tmp_path, ending, worth):
+    """A peak between two rows was in no summary, and an end that the interval does not meet in no table."""
+    monkeypatch.setattr(simulation, "WORTH", worth)
+    run = {"step": 0.001, "stop": 5.0, "algorithm": "gauss-seidel"}  # more steps than are in memory at once
+    parts = {"a": {"fmu": native("oscillator"), "start": {"force": 1.0}}}
+    found = []
+    for interval, name in ((0.0, "all"), (0.3, "some")):
+        system = master.from_dict({"run": {**run, "interval": interval, "open_inputs": True}, "components": parts})
+        found.append(master.run(system, out=tmp_path / f"{name}{ending}" if ending else None))
+    every, some = found
+    assert some.steps == every.steps > results.ROWS
+    pd.testing.assert_frame_equal(some.peaks, every.peaks)
+    kept = every.table.iloc[[*range(0, 5000, 300), 5000]].reset_index(drop=True)
+    pd.testing.assert_frame_equal(some.table, kept)
+    assert some.peaks.greatest["a.position"] > 1.001 * some.table["a.position"].max()  # it lies between rows
+
+
+def test_a_run_that_ends_before_its_stop_keeps_its_end_at_any_interval(system):
+    tired = master.run(system({"t": "Tired", "m": "Mass"}, stop=1.0, step=0.1, interval=0.4, open_inputs=True))
+    assert tired.table["time"].tolist() == pytest.approx([0.0, 0.4, 0.5])
+    with pytest.raises(master.PartFailed) as caught:
+        master.run(system({"f": ("Fragile", {"u": 1.0})}, stop=1.0, step=0.1, interval=0.4))
+    assert caught.value.result.table["time"].tolist() == pytest.approx([0.0, 0.4, 0.5])
+
+
+def test_texts_at_an_interval(system):
+    every, some = table_of(system).table, table_of(system, interval=0.3).table
+    pd.testing.assert_frame_equal(some, every.iloc[[0, 30, 60, 90, 100]].reset_index(drop=True))

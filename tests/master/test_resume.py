@@ -56,8 +56,8 @@ def test_circles_go_on_with_what_was_learned_of_them(system, interrupted, algori
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
-@pytest.mark.parametrize("algorithm", ["gauss-seidel", "jacobi"])
-def test_parts_of_any_step_go_on(system, interrupted, ending, algorithm):
+@pytest.mark.parametrize("algorithm, interval", [("gauss-seidel", 0.0), ("jacobi", 0.03)])
+def test_parts_of_any_step_go_on(system, interrupted, ending, algorithm, interval):
     parts = {
         "a": ("Mass", {"mass": 2.0, "v0": 1.0}, {"step": 0.005}),
         "s": ("Spring", {"stiffness": 30.0}),
@@ -65,7 +65,7 @@ def test_parts_of_any_step_go_on(system, interrupted, ending, algorithm):
         "t": ("Types", {"flag": True, "count": 1, "word": 'x, "y"'}),
     }
     ends = {"s.v1": "a.v", "s.v2": "b.v", "a.force": "s.force", "b.force": "s.reaction"}
-    description = system(parts, ends, stop=0.4, step=0.01, algorithm=algorithm)
+    description = system(parts, ends, stop=0.4, step=0.01, algorithm=algorithm, interval=interval)
     interrupted(description, ending, (0.25, 0.26, 0.9))
 
 

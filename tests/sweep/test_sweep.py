@@ -322,3 +322,24 @@ def test_a_strangers_fmu_is_isolated_in_a_sweep_too(tmp_path):
     found = sweep(write(tmp_path / "in", system, study), tmp_path / "out", workers=0, isolate=True).table
     assert found["status"].to_list() == ["ok", "ok"], found["reason"].to_list()
     assert found["least"].min() >= 0.0
+
+
+@pytest.mark.parametrize("table", [False, True])
+def test_figures_are_of_all_steps_whatever_rows_are_kept(tmp_path, table):
+    """The energy of a motor's first 10 ms was that of a trapezoid over two rows."""
+    study = f"table = {str(table).lower()}\n" + STUDY
+    every = sweep(write(tmp_path / "a", MOTOR, study), tmp_path / "out a", workers=0).table
+    some = sweep(
+        write(tmp_path / "b", MOTOR.replace("step", "interval = 0.004\nstep"), study), tmp_path / "out b", workers=0
+    ).table
+    figures = ["current", "torque", "energy"]
+    pd.testing.assert_frame_equal(some[figures], every[figures])
+    if table:
+        kept = pd.read_parquet(tmp_path / "out b" / some["table"].iloc[0])
+        assert kept["time"].tolist() == pytest.approx([0.0, 0.004, 0.008, 0.01])
+
+
+def test_an_interval_between_steps_is_refused_before_the_runs(tmp_path):
+    file = write(tmp_path / "in", MOTOR.replace("step", "interval = 0.0015\nstep"), STUDY)
+    with pytest.raises(SelflockError, match="interval.*not a whole number of steps"):
+        sweep(file, tmp_path / "out", workers=0)

@@ -370,7 +370,7 @@ def sail(running: Running, convoy: Convoy, count: int, kept: Callable[[Any], Any
         pace = min(max(int(stretch * AT_ONCE / max(clock.perf_counter() - began, 1e-9)), 1), STRETCH)
         running.index += done
         running.time = start + running.index * size
-        recorder.check()
+        recorder.check(running.time)
         if failed >= 0:
             now = start + (running.index + 1) * size
             program.mend(failed, status, running.index, running.time, now - running.time)

@@ -221,7 +221,7 @@ class Session:
                     steps.step()
                     if until is None:
                         break
-                running.recorder.check()
+                running.recorder.check(running.time)
         except PartFailed as failure:
             self._failure = failure
             raise

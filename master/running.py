@@ -244,6 +244,8 @@ class Recorder:
         self.timed = [seat for name, seat in seats.items() if seat.timed and wiring.record[name]]
         self.told: list[tuple[Seat, int, int]] = []  # of those: the column that has an output, and its place in y
         self.texts: list[tuple[Part, str]] = []
+        self.feeds = {f"{link.target}.{link.input}": f"{link.source}.{link.output}" for link in wiring.links}
+        self.untold = [seat for name, seat in seats.items() if not set(seat.outputs) <= set(wiring.record[name])]
         pieces: list[_Piece] = []
         position = 1
         for name, chosen in wiring.record.items():
@@ -280,22 +282,37 @@ class Recorder:
             sink.wanted[sink.fill] = False
         sink.fill += 1
         if not sink.fill & 15:
-            self.check()
+            self.check(time)
 
-    def check(self) -> None:
-        """See that the rows since the last check are numbers, and make room for more."""
+    def check(self, time: float) -> None:
+        """See that the rows since the last check are numbers, and make room for more.
+
+        So are outputs that others listen to and nobody records, as they are now: what passes on no number keeps to it, and to
+        look at them in every step would cost as much as to record them.
+        """
         sink = self.sink
         rows = sink.unchecked()
         if not np.isfinite(rows).all():
             self._look_for_nonsense(rows.reshape(-1, sink.width))
+        for seat in self.untold:
+            if not isfinite(sum(seat.shown)):  # or beyond a double only together
+                for output, value in zip(seat.outputs, seat.shown):
+                    if not isfinite(value):
+                        raise _nonsense(f"{seat.name}.{output}", time, value)
         sink.checked()
 
     def _look_for_nonsense(self, rows) -> None:
         numbers = [column.name for column in self.sink.columns if column.type != "String"]
         for row, column in np.argwhere(~np.isfinite(rows)):
-            hint = "a smaller step; see which values grew before this in the results."
-            said = ["(it said nothing; its output is no number from here on)"]
-            raise PartFailed(numbers[column], float(rows[row, 0]), 0.0, f"{rows[row, column]}", {}, said, hint)
+            name = numbers[column]
+            raise _nonsense(self.feeds.get(name, name), float(rows[row, 0]), rows[row, column])
+
+
+def _nonsense(name: str, time: float, value: float) -> PartFailed:
+    """An output is no number."""
+    hint = "a smaller step; see which values grew before this in the results."
+    said = ["(it said nothing; its output is no number from here on)"]
+    return PartFailed(name, time, 0.0, f"{value}", {}, said, hint)
 
 
 def _columns(wiring: Wiring) -> list[Variable]:

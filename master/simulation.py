@@ -148,7 +148,7 @@ def _simulate(running: Running) -> Result:
         with failing(running), ready(running):
             _go(running)
         with failing(running):
-            running.recorder.check()
+            running.recorder.check(running.time)
             running.sink.flush()
         for part in running.wiring.parts.values():
             try:
@@ -270,7 +270,7 @@ class failing:
             raise stopped from None
         if isinstance(error, PartFailed):
             try:
-                running.recorder.check()
+                running.recorder.check(running.time)
             except PartFailed as earlier:  # what ended the run began with nonsense
                 if earlier.status != error.status:
                     earlier.args = (f"{earlier}\n  after that, {error}",)

@@ -165,6 +165,17 @@ def test_a_run_that_ends_before_its_stop_keeps_its_end_at_any_interval(system):
     assert caught.value.result.table["time"].tolist() == pytest.approx([0.0, 0.4, 0.5])
 
 
+@pytest.mark.parametrize("record", [["l.y"], ["l.*"], ["*"]])
+def test_what_is_no_number_ends_a_run_whether_or_not_it_is_recorded(system, record):
+    """Nobody saw it, or the input that it went into was named."""
+    parts = {"l": ("Listener", {"w": 0.0}), "i": ("Integrator", {"u": 1.0}), "r": ("Rooted", {"b": 0.0})}
+    made = system(parts, {"r.a": "i.y", "l.u": "r.y"}, stop=5.0, step=0.01, record=record)
+    with pytest.raises(master.PartFailed, match=r"^r\.y answered nan at t = 2\.") as caught:  # beyond the root of 5
+        master.run(made)
+    assert caught.value.time < np.sqrt(5.0) + 0.01 * 17
+    assert caught.value.result.table["time"].iloc[-1] == pytest.approx(caught.value.result.time)
+
+
 def test_texts_at_an_interval(system):
     every, some = table_of(system).table, table_of(system, interval=0.3).table
     pd.testing.assert_frame_equal(some, every.iloc[[0, 30, 60, 90, 100]].reset_index(drop=True))

@@ -16,7 +16,7 @@ from .errors import DescriptionError
 from .face import Variable
 from .seat import Seat
 from .system import Fault
-from .wiring import Wiring, typed
+from .wiring import Wiring, Wrong, typed
 
 Change = Callable[[float, float], float]  # (time, true value) -> what is seen instead
 
@@ -26,6 +26,7 @@ class Faults:
 
     def __init__(self, wiring: Wiring):
         self._wiring = wiring
+        self._held: dict[tuple[str, str], float] = {}  # true values of inputs that nothing feeds
         self._signals: list[tuple[str, str, bool, Fault]] = []  # component, variable, is it an input
         self.parameters: list[_Parameter] = []
         for fault in wiring.system.faults:
@@ -36,18 +37,45 @@ class Faults:
             else:
                 self.parameters.append(_Parameter(wiring, component, variable, fault))
 
+    def begin(self) -> None:
+        """Before the initial values are made: what is wrong from the start on is so in them, for all who listen.
+
+        Each fault is made anew here, so that what it remembers, or draws, is the same once the run begins.
+        """
+        wiring, start = self._wiring, self._wiring.system.run.start
+        self.switch(start)
+        for parameter in self.parameters:
+            if parameter.active:  # it is no parameter that was not taken
+                wiring.values.setdefault(parameter.part.name, {})[parameter.variable.name] = parameter.wrong
+        fed = {(link.target, link.input) for link in wiring.links}
+        for component, name, is_input, _ in self._signals:
+            mine = [fault for *place, _, fault in self._signals if place == [component, name]]
+            there = [fault for fault in mine if fault.start <= start < fault.stop]
+            keeps = not any(fault.kind == "drop-out" or (fault.kind == "stuck" and fault.value is not None) for fault in there)
+            seen = 0.0
+            for fault in there:
+                seen = change_of(fault)(start, seen)
+            wrong = Wrong(keeps, seen, wiring.parts[component].variables[name].type != "Real")
+            if there:
+                wiring.wrong[component, name] = wrong
+            if is_input and (component, name) not in fed and (component, name) not in self._held:
+                u, position = wiring.parts[component].u, wiring.bound[component][0].index(name)
+                self._held[component, name] = float(u[position])
+                u[position] = wrong(u[position])
+
     def install(self, seats: dict[str, Seat]) -> None:
-        fed = {(link.target, link.input) for link in self._wiring.links}
         for component, name, is_input, fault in self._signals:
             seat = seats[component]
             position = (seat.inputs if is_input else seat.outputs).index(name)
             change, integer = change_of(fault), seat.part.variables[name].type != "Real"
             (seat.input_faults if is_input else seat.output_faults).append(_at(position, change, integer))
-            if is_input and (component, name) not in fed:
-                seat.held[position] = seat.u[position]
+            if (component, name) in self._held:
+                seat.held[position] = self._held[component, name]
+        start = self._wiring.system.run.start
         for seat in seats.values():
             for wrong in seat.output_faults:
-                wrong(self._wiring.system.run.start, seat.out)
+                wrong(start, seat.out)
+                seat.evaluated = start  # a function of time is not asked, and its noise not drawn, once more
 
     def switch(self, time: float) -> None:
         for parameter in self.parameters:

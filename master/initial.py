@@ -109,10 +109,10 @@ def feed(wiring: Wiring, component: str, then: Callable[[], None] | None = None)
             continue
         inputs, _ = wiring.bound[component]
         _, outputs = wiring.bound[link.source]
-        told = wiring.parts[link.source].y[outputs.index(link.output)]
+        told = wiring.seen(link.source, link.output, wiring.parts[link.source].y[outputs.index(link.output)])
         value = dict(link.mapping).get(told, told) if link.mapping else link.factor * told + link.offset
         if math.isfinite(value):
-            part.u[inputs.index(link.input)] = value
+            part.u[inputs.index(link.input)] = wiring.seen(component, link.input, value)
     if then is not None:
         then()
     part.write()

@@ -100,6 +100,7 @@ class Running:
         log.info("%s: %d components, %d connections, from %g s on", self.system.name, len(wiring.parts), len(wiring.links), start)
         for link in wiring.links:
             log.debug("%s · %g + %g", link, link.factor, link.offset)
+        self.faults.begin()
         self.loops = initialize(wiring, self.stop if isfinite(self.stop) else None)
         for loop in self.loops:
             log.info("algebraic loop: %s", loop.name)

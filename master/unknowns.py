@@ -10,7 +10,7 @@ import numpy as np
 from .circles import Circle
 from .face import Part
 from .secant import Secant
-from .wiring import Wiring
+from .wiring import Wiring, Wrong
 
 NUDGE = 1e-6  # of an input, relative, for differences
 
@@ -27,6 +27,7 @@ class Unknowns:
         self.wiring, self.others = wiring, list(circle.links)
         self.places: list[tuple[Part, int, Part, int, float, float]] = []  # target, place in its u; source, place in its y; …
         self.names: list[tuple[str, str]] = []  # component and input
+        self.wrong: dict[int, tuple[Wrong | None, Wrong | None]] = {}  # by place: what faults make of output and input
         for link in circle.links:
             source, target = wiring.parts[link.source], wiring.parts[link.target]
             ends = source.variables[link.output], target.variables[link.input]
@@ -35,12 +36,20 @@ class Unknowns:
                 self.places.append((target, i, source, j, link.factor, link.offset))
                 self.names.append((link.target, link.input))
                 self.others.remove(link)
+                wrong = wiring.wrong.get((link.source, link.output)), wiring.wrong.get((link.target, link.input))
+                if any(wrong):
+                    self.wrong[len(self.places) - 1] = wrong
         self.solver = Secant(len(self.places), tolerance)
         self.solver.last[:] = [target.u[i] for target, i, *_ in self.places]  # start values: a guess, where a user gave one
 
     def given(self) -> np.ndarray:
         """What the outputs make of the inputs."""
-        return np.array([factor * source.y[j] + offset for _, _, source, j, factor, offset in self.places])
+        found = np.array([factor * source.y[j] + offset for _, _, source, j, factor, offset in self.places])
+        for k, (out, into) in self.wrong.items():
+            *_, source, j, factor, offset = self.places[k]
+            value = factor * (out(source.y[j]) if out else source.y[j]) + offset
+            found[k] = into(value) if into else value
+        return found
 
     def passed(self) -> list[Any]:
         """What else passes along the circle."""
@@ -58,7 +67,11 @@ class Unknowns:
         found = np.zeros((len(self.places), len(self.places)))
         for part in self.parts:
             mine = [k for k, place in enumerate(self.places) if place[0] is part]
-            listeners = [(k, place[3], place[4]) for k, place in enumerate(self.places) if place[2] is part]
+            listeners = [
+                (k, place[3], place[4] if all(one.keeps for one in self.wrong.get(k, ()) if one) else 0.0)
+                for k, place in enumerate(self.places)
+                if place[2] is part
+            ]
             before, nudged = part.y.copy(), False
             for k in mine:
                 i = self.places[k][1]

@@ -42,6 +42,19 @@ class Link:
         return f"{self.source}.{self.output} -> {self.target}.{self.input}"
 
 
+@dataclass(frozen=True)
+class Wrong:
+    """What is seen instead of a value at the start, where all faults add to it or put another in its place."""
+
+    keeps: bool  # the value counts
+    adds: float
+    whole: bool
+
+    def __call__(self, value: float) -> float:
+        seen = value + self.adds if self.keeps else self.adds
+        return round(seen) if self.whole else seen
+
+
 @dataclass
 class Wiring:
     """Parts with their values set, not yet initialized, and what goes where."""
@@ -52,6 +65,12 @@ class Wiring:
     values: dict[str, dict[str, Any]] = field(default_factory=dict)  # given values by component
     record: dict[str, list[str]] = field(default_factory=dict)  # recorded variables by component
     bound: dict[str, tuple[list[str], list[str]]] = field(default_factory=dict)  # names in u and in y by component
+    wrong: dict[tuple[str, str], Wrong] = field(default_factory=dict)  # what faults make of it at the start
+
+    def seen(self, component: str, variable: str, value: float) -> float:
+        """What others see of a number at the start."""
+        wrong = self.wrong.get((component, variable))
+        return value if wrong is None else wrong(value)
 
     @cached_property
     def algorithm(self) -> Algorithm:

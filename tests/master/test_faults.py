@@ -1,5 +1,7 @@
 """Faults on purpose."""
 
+import random
+
 import numpy as np
 import pytest
 
@@ -93,3 +95,55 @@ def test_a_tunable_parameter_is_put_back(system, monkeypatch):
 )
 def test_checks(system, refused, fault, words):
     refused(lambda: table(system, {"start": 0.5, **fault}), *words)
+
+
+FROM_THE_START = [
+    ("i.y", dict(kind="offset", value=2.0), 2.0),
+    ("i.y", dict(kind="stuck", value=7.0), 7.0),
+    ("i.y", dict(kind="drop-out"), 0.0),
+    ("i.y", dict(kind="noise", deviation=1.0, seed=3), random.Random(3).gauss(0.0, 1.0)),
+    ("c.u", dict(kind="offset", value=2.0), 2.0),
+    ("l.angle", dict(kind="offset", value=2.0), 2.0),
+]
+
+
+@pytest.mark.parametrize("variable, fault, seen", FROM_THE_START)
+@pytest.mark.parametrize("algorithm", ["gauss-seidel", "jacobi"])
+def test_a_fault_from_the_start_on_is_in_the_first_row_of_all_who_listen(system, variable, fault, seen, algorithm):
+    """The initial values were settled without it: who listened gave a right value at first."""
+    parts = {"i": ("Integrator", {"u": 0.0}), "l": "Clock", "c": ("Gain", {"gain": 3.0}), "d": ("Gain", {"gain": 2.0})}
+    source = "l.angle" if variable == "l.angle" else "i.y"
+    made = system(parts, {"c.u": source, "d.u": "c.y"}, stop=0.01, step=0.001, algorithm=algorithm, record=["*"])
+    made.faults = [master.Fault(variable, start=0.0, **fault)]
+    first = master.run(made).table.iloc[0]
+    assert first[["c.u", "c.y", "d.y"]].tolist() == pytest.approx([seen, 3.0 * seen, 6.0 * seen], rel=1e-12)
+    assert first[source] == (seen if variable == source else 0.0)  # the same draw of a noise, too
+
+
+def test_an_input_that_nothing_feeds_is_wrong_from_the_first_row_and_right_afterwards(system):
+    made = system({"g": ("Gain", {"u": 1.0})}, stop=0.4, step=0.1, record=["g.*"])
+    made.faults = [
+        master.Fault("g.u", "offset", 0.0, stop=0.2, value=1.0),
+        master.Fault("g.u", "offset", 0.0, stop=0.3, value=4.0),
+    ]
+    assert master.run(made).table["g.y"].tolist() == [6.0, 6.0, 6.0, 5.0, 1.0]
+
+
+def test_a_parameter_that_is_wrong_from_the_start_is_so_in_the_first_row(system, monkeypatch):
+    import small_parts
+
+    gain = small_parts.real("gain", "parameter", "", 1.0, variability="tunable")
+    monkeypatch.setattr(small_parts.Gain, "described", (gain, *small_parts.Gain.described[1:]))
+    made = system({"g": ("Gain", {"u": 1.0})}, stop=0.3, step=0.1, record=["g.y"])
+    made.faults = [master.Fault("g.gain", "stuck", 0.0, stop=0.2, value=-1.0)]
+    assert master.run(made).table["g.y"].tolist() == [-1.0, -1.0, -1.0, 1.0]
+
+
+@pytest.mark.parametrize("kind, first", [("offset", (0.8, 1.6)), ("stuck", (1.0, 2.0))])
+def test_an_algebraic_loop_begins_with_the_fault_in_it(system, kind, first):
+    """A loop whose gain is 4, which no passing on of values solves."""
+    parts = {"a": ("Gain", {"gain": 2.0}), "b": ("Gain", {"gain": -2.0})}
+    made = system(parts, {"a.u": "b.y", "b.u": "a.y"}, stop=0.1, step=0.1, record=["*"])
+    made.faults = [master.Fault("b.y", kind, 0.0, value=4.0 if kind == "offset" else 1.0)]
+    table = master.run(made).table  # offset: y = 4 - 2 · 2 y, y = 0.8
+    assert table[["b.y", "a.y"]].iloc[0].tolist() == pytest.approx(first)

@@ -19,6 +19,7 @@ from .system import Fault
 from .wiring import Wiring, Wrong, typed
 
 Change = Callable[[float, float], float]  # (time, true value) -> what is seen instead
+NEAR = 1e-6  # of a step: a communication point is at the end of a window that it misses by less, for a sum of steps is rounded
 
 
 class Faults:
@@ -26,6 +27,7 @@ class Faults:
 
     def __init__(self, wiring: Wiring):
         self._wiring = wiring
+        self._slack = NEAR * wiring.system.run.step
         self._held: dict[tuple[str, str], float] = {}  # true values of inputs that nothing feeds
         self._signals: list[tuple[str, str, bool, Fault]] = []  # component, variable, is it an input
         self.parameters: list[_Parameter] = []
@@ -35,7 +37,7 @@ class Faults:
             if variable.causality in ("input", "output"):
                 self._signals.append((component, variable.name, variable.causality == "input", fault))
             else:
-                self.parameters.append(_Parameter(wiring, component, variable, fault))
+                self.parameters.append(_Parameter(wiring, component, variable, fault, self._slack))
 
     def begin(self) -> None:
         """Before the initial values are made: what is wrong from the start on is so in them, for all who listen.
@@ -50,11 +52,11 @@ class Faults:
         fed = {(link.target, link.input) for link in wiring.links}
         for component, name, is_input, _ in self._signals:
             mine = [fault for *place, _, fault in self._signals if place == [component, name]]
-            there = [fault for fault in mine if fault.start <= start < fault.stop]
+            there = [fault for fault in mine if _during(fault, self._slack)(start)]
             keeps = not any(fault.kind == "drop-out" or (fault.kind == "stuck" and fault.value is not None) for fault in there)
             seen = 0.0
             for fault in there:
-                seen = change_of(fault)(start, seen)
+                seen = change_of(fault, self._slack)(start, seen)
             wrong = Wrong(keeps, seen, wiring.parts[component].variables[name].type != "Real")
             if there:
                 wiring.wrong[component, name] = wrong
@@ -67,7 +69,7 @@ class Faults:
         for component, name, is_input, fault in self._signals:
             seat = seats[component]
             position = (seat.inputs if is_input else seat.outputs).index(name)
-            change, integer = change_of(fault), seat.part.variables[name].type != "Real"
+            change, integer = change_of(fault, self._slack), seat.part.variables[name].type != "Real"
             (seat.input_faults if is_input else seat.output_faults).append(_at(position, change, integer))
             if (component, name) in self._held:
                 seat.held[position] = self._held[component, name]
@@ -117,28 +119,33 @@ def _check(fault: Fault, variable: Variable) -> None:
             refuse("a parameter can be stuck at a value, or offset by one.")
 
 
-def change_of(fault: Fault) -> Change:
-    """What a fault does to a value at a time."""
-    begin, end = fault.start, fault.stop
+def _during(fault: Fault, slack: float) -> Callable[[float], bool]:
+    """Whether a time is in the fault's window, whose end is not."""
+    begin, end = fault.start - slack, fault.stop - slack
+    return lambda time: begin <= time < end
 
+
+def change_of(fault: Fault, slack: float = 0.0) -> Change:
+    """What a fault does to a value at a time; slack: s by which a time may miss its window's ends."""
+    during = _during(fault, slack)
     amount = fault.value or 0.0
 
     if fault.kind == "offset":
-        return lambda time, value: value + amount if begin <= time < end else value
+        return lambda time, value: value + amount if during(time) else value
 
     if fault.kind == "drop-out":
-        return lambda time, value: amount if begin <= time < end else value
+        return lambda time, value: amount if during(time) else value
 
     if fault.kind == "noise":
         gauss = random.Random(fault.seed).gauss
-        return lambda time, value: value + gauss(0.0, fault.deviation) if begin <= time < end else value
+        return lambda time, value: value + gauss(0.0, fault.deviation) if during(time) else value
 
     if fault.kind == "stuck":
         held = fault.value
 
         def stuck(time: float, value: float) -> float:
             nonlocal held
-            if not begin <= time < end:
+            if not during(time):
                 return value
             if held is None:
                 held = value
@@ -156,7 +163,7 @@ def change_of(fault: Fault) -> Change:
         while len(times) > 2 and times[1] <= wanted:
             times.popleft()
             values.popleft()
-        if not begin <= time < end:
+        if not during(time):
             return value
         k = bisect_right(times, wanted)
         if k == 0:
@@ -172,7 +179,8 @@ def change_of(fault: Fault) -> Change:
 class _Parameter:
     """A parameter that is wrong for a while."""
 
-    def __init__(self, wiring: Wiring, component: str, variable: Variable, fault: Fault):
+    def __init__(self, wiring: Wiring, component: str, variable: Variable, fault: Fault, slack: float):
+        self.during = _during(fault, slack)
         self.part, self.variable, self.fault = wiring.parts[component], variable, fault
         self.right = wiring.values.get(component, {}).get(variable.name, variable.start)
         wrong = fault.value if fault.kind == "stuck" else (self.right or 0.0) + (fault.value or 0.0)
@@ -180,7 +188,7 @@ class _Parameter:
         self.active = False
 
     def switch(self, time: float) -> None:
-        active = self.fault.start <= time < self.fault.stop
+        active = self.during(time)
         if active != self.active:
             self.active = active
             self.part.set(self.variable.name, self.wrong if active else self.right)

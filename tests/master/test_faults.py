@@ -1,6 +1,7 @@
 """Faults on purpose."""
 
 import random
+from decimal import Decimal
 
 import numpy as np
 import pytest
@@ -147,3 +148,20 @@ def test_an_algebraic_loop_begins_with_the_fault_in_it(system, kind, first):
     made.faults = [master.Fault("b.y", kind, 0.0, value=4.0 if kind == "offset" else 1.0)]
     table = master.run(made).table  # offset: y = 4 - 2 · 2 y, y = 0.8
     assert table[["b.y", "a.y"]].iloc[0].tolist() == pytest.approx(first)
+
+
+@pytest.mark.parametrize("start, step", [(0.0, 0.1), (0.1, 0.001), (1.7, 0.01), (1000.1, 0.003)])
+@pytest.mark.parametrize("variable", ["i.y", "g.gain"])
+def test_windows_begin_and_end_at_the_step_that_they_name(system, monkeypatch, start, step, variable):
+    """A window for each step; sums of steps miss the numbers that are written by their last bit."""
+    import small_parts
+
+    gain = small_parts.real("gain", "parameter", "", 0.0, variability="tunable")
+    monkeypatch.setattr(small_parts.Gain, "described", (gain, *small_parts.Gain.described[1:]))
+    parts, count = {"i": ("Integrator", {"u": 0.0}), "g": ("Gain", {"u": 1.0, "gain": 0.0})}, 200
+    times = [float(Decimal(str(start)) + k * Decimal(str(step))) for k in range(count + 1)]
+    made = system(parts, start=start, step=step, stop=times[-1], record=["i.y", "g.y"])
+    made.faults = [master.Fault(variable, "stuck", times[k], stop=times[k + 1], value=k + 1.0) for k in range(count)]
+    table = master.run(made).table
+    expected = [*range(1, count + 1), 0] if variable == "i.y" else [1, *range(1, count + 1)]  # it is set before a step
+    assert table["i.y" if variable == "i.y" else "g.y"].tolist() == expected

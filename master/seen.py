@@ -18,7 +18,8 @@ from .face import Variable
 if TYPE_CHECKING:
     from .wiring import Wiring
 
-PEAKS = ("N.m", "N", "A", "W")  # units of what is told by its peak, in this order
+PEAKS = ("N.m", "N", "A", "W")  # units of what is told by its peak, in this order,
+SIZES = {f"{prefix}{unit}": (unit, size) for unit in PEAKS for prefix, size in (("", 1.0), ("m", 1e-3), ("k", 1e3))}  # or so
 ANGLES = ("rad", "deg", "m")  # of what is told by where it ends
 COMPONENTS, ANGLES_TOLD = 16, 3  # lines of a summary, and angles in one
 TURNS = 20.0  # rad: beyond, degrees say no more
@@ -80,7 +81,18 @@ class Peak:
 
     @property
     def size(self) -> float:
+        """In its unit."""
         return max(abs(self.least), abs(self.greatest))
+
+    @property
+    def kind(self) -> str:
+        """N.m, N, A or W: what its unit is one of."""
+        return SIZES[self.unit][0]
+
+    @property
+    def weight(self) -> float:
+        """Its size in the unit of its kind."""
+        return self.size * SIZES[self.unit][1]
 
 
 class Seen:
@@ -130,13 +142,12 @@ class Seen:
         """Of each component its torques (two at most), force, current and power of the largest peaks."""
         found = []
         for owner, mine in self._by_component().items():
-            for unit in PEAKS:
-                here = [k for k in mine if self.columns[k].unit == unit]
-                here = [k for k in here if "torque" in _name(self.columns[k])] or here
-                told = [
-                    Peak(owner, k, unit, self.least[k], self.greatest[k], self.integral[k] if unit == "W" else None) for k in here
-                ]
-                found += sorted(told, key=lambda peak: -peak.size)[: 2 if unit == "N.m" else 1]
+            for kind in PEAKS:
+                sizes = {k: SIZES[unit][1] for k in mine if (unit := self.columns[k].unit) in SIZES and SIZES[unit][0] == kind}
+                here = [k for k in sizes if "torque" in _name(self.columns[k])] or list(sizes)
+                energy = {k: self.integral[k] * sizes[k] if kind == "W" else None for k in here}
+                told = [Peak(owner, k, self.columns[k].unit, self.least[k], self.greatest[k], energy[k]) for k in here]
+                found += sorted(told, key=lambda peak: -peak.weight)[: 2 if kind == "N.m" else 1]
         return found
 
     def lines(self) -> list[str]:

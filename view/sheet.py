@@ -61,7 +61,7 @@ def sheet(source: Path | Result, label: str) -> Sheet:
     frame = frame.rename(columns={name: bare for name, (bare, _) in said.items()})
     if frame.columns.has_duplicates:
         twice = sorted(set(frame.columns[frame.columns.duplicated()]))
-        notes.append(f"{_some(twice)}: there is more than one column of this name, and the first is shown.")
+        notes.append(f"{some(twice)}: there is more than one column of this name, and the first is shown.")
         frame = frame.loc[:, ~frame.columns.duplicated()]
     time = seconds(label, units.get("time", "")) * _time(frame, label)
     columns, steps, dropped, empty = {}, set(), [], []
@@ -82,9 +82,9 @@ def sheet(source: Path | Result, label: str) -> Sheet:
     if not columns:
         raise ResultError(f"{label} holds no number beside its time; look at what wrote it.")
     if dropped:
-        notes.append(f"Not shown, for they hold words: {_some(dropped)}.")
+        notes.append(f"Not shown, for they hold words: {some(dropped)}.")
     if empty:
-        notes.append(f"Not shown, for they hold no number at all: {_some(empty)}.")
+        notes.append(f"Not shown, for they hold no number at all: {some(empty)}.")
     return Sheet(label, time, columns, {name: units.get(name, "") for name in columns}, steps, about, notes)
 
 
@@ -129,7 +129,7 @@ def _filled(column: pd.Series) -> pd.Series:
 
 def _time(frame: pd.DataFrame, label: str) -> np.ndarray:
     if "time" not in frame:
-        there = f"It has {_some(list(map(str, frame.columns)))}." if len(frame.columns) else "It has no column at all."
+        there = f"It has {some(list(map(str, frame.columns)))}." if len(frame.columns) else "It has no column at all."
         raise ResultError(f"{label} has no column `time`, in s. {there}")
     if len(frame) < 2:
         raise ResultError(f"{label} has {'one row' if len(frame) else 'no row'}: there is nothing to draw.")
@@ -147,6 +147,7 @@ def _time(frame: pd.DataFrame, label: str) -> np.ndarray:
     return time
 
 
-def _some(names: list[str]) -> str:
+def some(names: list[str]) -> str:
+    """Names in a sentence, as many as one may hold."""
     shown = [name if len(name) <= 80 else f"{name[:79]}…" for name in names[:NAMES]]
     return ", ".join(shown) + (f" and {len(names) - NAMES} more" if len(names) > NAMES else "")

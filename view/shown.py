@@ -77,8 +77,8 @@ def picked(tables: list[Sheet], seen: Seen, wanted: Iterable[str]) -> list[str]:
     vary = {name for name, x in first.columns.items() if not _same(x)}
     ranked = sorted((p for p in seen.peaks() if seen.columns[p.place].name in vary), key=lambda p: not _electric(seen, p))
     for unit in ("N.m", "A", "W"):
-        of = [p for p in ranked if p.unit == unit]
-        alike = [p for p in of if of[0].size / ALIKE < p.size < of[0].size * ALIKE]  # on one axis both are to be seen
+        of = [p for p in ranked if p.kind == unit]
+        alike = [p for p in of if of[0].weight / ALIKE < p.weight < of[0].weight * ALIKE]  # on one axis both are to be seen
         chosen += [seen.columns[p.place].name for p in alike[:2]]
     if len(chosen) < PICKED:
         free = [

@@ -33,6 +33,11 @@ def stages(tables: list[Sheet]) -> tuple[list[dict[str, Any]], list[str]]:
     return [{"label": name, "of": of} for name, of in list(found.items())[:STAGES]], list(dict.fromkeys(notes))
 
 
+def moving(one: Sheet) -> set[str]:
+    """Columns that move a drawing of the result, by numbers in the units that it was written in."""
+    return {name for drawing in _drawings(one, []).values() for name in columns_of(drawing)}
+
+
 def _drawings(one: Sheet, notes: list[str]) -> dict[str, dict[str, Any]]:
     said = one.about.get("drawings")
     found = {}

@@ -115,9 +115,10 @@ class Board {
 
   wanted() {
     if (D.choices) return this.choice.curves.map(one => ({ ...one, unit: runs[one.run].told.get(one.name).unit, lines: [{ run: one.run, name: one.name, dash: 0 }] }));
-    return this.picked.map(({ name, colour }) => {
-      const lines = runs.flatMap((run, k) => run.has(name) ? [{ run: k, name, dash: k }] : []);
-      return { label: name, colour, unit: runs[lines[0].run].told.get(name).unit, lines, drop: () => this.pick(name, false) };
+    return this.picked.flatMap(({ name, colour }) => {
+      const by = new Map();  // a name may have units that are none of each other: an axis each
+      runs.forEach((run, k) => { if (run.has(name)) { const of = run.told.get(name).unit; by.set(of, [...(by.get(of) || []), { run: k, name, dash: k }]); } });
+      return [...by].map(([unit, lines]) => ({ label: name, colour, unit, lines, drop: () => this.pick(name, false) }));
     });
   }
 

@@ -10,6 +10,7 @@ from selflock.master.about import of_system
 from selflock.master.errors import ResultError
 
 from . import page, shown, stages
+from .alike import alike, told_alike
 from .sheet import sheet
 
 RUNS = 8  # over each other
@@ -39,9 +40,11 @@ def view(
         for one in tables:
             one.about = one.about or of_system(described, one.variables())
     path = _out(sources, out)
+    rows, reached, seen = shown.peaks(tables)
+    tables, scales = alike(tables)
+    told_alike(rows, scales)
     runs, notes = shown.runs_of(tables)
     moving, said = stages.stages(tables)
-    rows, reached, seen = shown.peaks(tables)
     data = {"runs": runs, "stages": moving, "picked": shown.picked(tables, seen, show)}
     known = {"name": tables[0].about.get("system")} if isinstance(tables[0].about.get("system"), str) else {}
     return page.write(

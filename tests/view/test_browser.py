@@ -142,3 +142,11 @@ def test_a_replay_shows_each_comparison_and_what_the_log_says(tmp_path, tab, hos
     assert shown.js(INKED.replace("'canvas'", "'.plot canvas:first-of-type'"))
     assert hostile in shown.js("document.querySelector('.verdict').textContent")
     assert not shown.js("document.documentElement.dataset.owned") and shown.complaints() == []
+
+
+def test_a_name_whose_units_are_none_of_each_other_has_an_axis_of_each(tab, write, tmp_path):
+    t = np.linspace(0.0, 1.0, 50)
+    files = [write(f"{name}.csv", {"time": ("s", t), "x": (of, t)}) for name, of in {"a": "N.m", "b": "A", "c": "mA"}.items()]
+    shown = tab(view(files, tmp_path / "p.html", show=["x"]))
+    assert shown.js("document.querySelectorAll('.panel').length") == 3
+    assert shown.complaints() == []

@@ -15,6 +15,7 @@ from selflock import master
 from selflock.master import Part, Variable, about, read
 from selflock.master.errors import ResultError
 from selflock.master.files import told
+from selflock.vehicle import Robot
 from selflock.view import page as pages
 from selflock.view import shown, thin, view
 
@@ -281,3 +282,44 @@ def test_names_of_strangers_stay_words(write, hostile, harmless, tmp_path):
 def test_a_time_is_in_the_unit_that_its_header_says(tmp_path):
     (tmp_path / "a.csv").write_text("time [ms];x [V]\n0;0,5\n250;0,7\n500;1,5\n")
     assert "0 to 0.5 s, 3 rows" in view(tmp_path / "a.csv", tmp_path / "p.html").read_text()
+
+
+@pytest.mark.parametrize("first", ["N.m", "mN.m"])
+def test_the_same_signal_in_other_units_is_drawn_in_that_of_the_first(write, tmp_path, first):
+    """Numbers of mN.m lay on the axis of N.m, a thousand times as large, and had no peak."""
+    t = np.linspace(0.0, 1.0, 50)
+    tables = {"N.m": ("a", 2.0 * t), "mN.m": ("b", 2000.0 * t)}
+    order = sorted(tables, key=lambda unit: unit != first)
+    files = [write(f"{tables[u][0]}.csv", {"time": ("s", t), "m.torque": (u, tables[u][1])}) for u in order]
+    page = view(files, tmp_path / "p.html")
+    one, other = (run["columns"][0] for run in carried(page)["runs"])
+    assert one["unit"] == other["unit"] == first
+    assert numbers(other, 50) == pytest.approx(numbers(one, 50), rel=1e-6)
+    peak = "2 N·m" if first == "N.m" else "2000 mN·m"
+    assert [row[2] for row in table(page)] == [peak, peak]
+
+
+def test_what_cannot_be_converted_keeps_its_unit_and_what_has_none_is_noted(write, tmp_path):
+    t = np.linspace(0.0, 1.0, 50)
+    units = {"a": ("N.m", "rad"), "b": ("A", "deg"), "c": ("", "quux")}
+    files = [write(f"{name}.csv", {"time": ("s", t), "x": (x, t), "y": (y, 180.0 * t)}) for name, (x, y) in units.items()]
+    page = view(files, tmp_path / "p.html")
+    data = carried(page)["runs"]
+    assert [[column["unit"] for column in run["columns"]] for run in data] == [["N.m", "rad"], ["A", "rad"], ["N.m", "quux"]]
+    assert numbers(data[1]["columns"][1], 50) == pytest.approx(np.pi * t, abs=1e-6)
+    assert "c.csv says no unit of x: drawn as if in that of the others." in page.read_text("utf-8")
+
+
+def test_a_limit_is_held_against_the_numbers_that_it_was_written_for(write, drive, limits, tmp_path):
+    columns = drive()
+    small = columns | {"motor.current": ("mA", 1000.0 * columns["motor.current"][1])}
+    page = view([write("a.csv", small), write("b.parquet", columns, limits)], tmp_path / "p.html")
+    row = next(row for row in table(page) if "b.parquet" in row and "stall" in row[4])
+    assert row[2:6] == ["2000 mA", "0 s", "4000 mA stall", "50 %"]
+
+
+def test_what_moves_a_drawing_stays_in_the_unit_that_it_was_written_in(write, rolling, tmp_path):
+    other = {name: ("mm" if unit == "m" else unit, x) for name, (unit, x) in rolling().items()}
+    said = {"drawings": {"robot": Robot("robot").drawing()}}
+    page = view([write("a.csv", other), write("b.parquet", rolling(), said)], tmp_path / "p.html")
+    assert {column["unit"] for column in carried(page)["runs"][1]["columns"]} >= {"m"}

@@ -224,16 +224,29 @@ def _motor(seen: Seen, wiring: Wiring, name: str, places: dict[str, int]) -> Non
 
 
 def _gear(seen: Seen, wiring: Wiring, name: str) -> None:
-    """A gear by a wedge, whose friction locks it; and a controller beside it that says otherwise."""
-    ratio, mu, angle = (number(wiring, name, key) for key in ("gear_ratio", "friction_static", "wedge_angle"))
+    """A gear by a wedge, whose friction locks it: at rest by the static one, a load that moves by the kinetic one (12, 11)."""
+    ratio, static, angle = (number(wiring, name, key) for key in ("gear_ratio", "friction_static", "wedge_angle"))
     kinetic = number(wiring, name, "friction_kinetic")
-    if ratio is None or mu is None or kinetic is None or angle is None:
+    if ratio is None or static is None or kinetic is None or angle is None:
         return
-    mu, limit = max(mu, kinetic), tan(angle) if angle else 1.0 / ratio
-    if mu > limit and not isclose(mu, limit, rel_tol=NEAR):
-        seen.remarks.append(
-            f"{name} locks itself: its friction, {mu:g}, is beyond the limit, {limit:.4g}; its load cannot drive it"
+    limit = tan(angle) if angle else 1.0 / ratio
+    holds, stops = (mu > limit and not isclose(mu, limit, rel_tol=NEAR) for mu in (static, kinetic))
+    if holds and stops:
+        mu = f"{kinetic:g}" if static == kinetic else f"{static:g} at rest and {kinetic:g} sliding"
+        said = f"locks itself: its friction, {mu}, is beyond the limit, {limit:.4g}; its load cannot drive it"
+    elif holds:
+        said = (
+            f"holds its load at rest: its static friction, {static:g}, is beyond the limit, {limit:.4g}; "
+            f"once it moves its load can drive it, for its kinetic friction, {kinetic:g}, is not"
         )
+    elif stops:
+        said = (
+            f"stops its load: its kinetic friction, {kinetic:g}, is beyond the limit, {limit:.4g}; "
+            f"at rest its load can set it going, for its static friction, {static:g}, is not"
+        )
+    else:
+        return
+    seen.remarks.append(f"{name} {said}")
 
 
 def number(wiring: Wiring, name: str, variable: str) -> float | None:

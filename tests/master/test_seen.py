@@ -1,11 +1,15 @@
 """The summary after a run: peaks, energies, ends and limits, against closed forms."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from selflock import master
 from selflock.master import Part, Variable
 from selflock.master.results import ROWS
+
+BENCH = Path(__file__).parents[2] / "examples" / "bench.toml"
 
 
 class Crank(Part):
@@ -69,9 +73,32 @@ def test_a_motor_that_turns_or_is_only_switched_on_is_not(speed, inductance):
     assert not motor(voltage=24.0, speed=speed, inductance=inductance)
 
 
-@pytest.mark.parametrize("friction, locks", [(0.019, False), (0.02, False), (0.021, True)])
-def test_a_gear_beyond_its_self_locking_limit_is_remarked_on(friction, locks):
-    start = {"gear_ratio": 50.0, "friction_kinetic": friction, "friction_static": friction}
+@pytest.mark.parametrize(
+    "static, kinetic, words",
+    [
+        (0.019, 0.019, None),
+        (0.02, 0.02, None),
+        (0.021, 0.021, "locks itself: its friction, 0.021, is beyond the limit, 0.02; its load cannot drive it"),
+        (0.03, 0.025, "locks itself: its friction, 0.03 at rest and 0.025 sliding, is beyond the limit, 0.02"),
+        (0.03, 0.01, "holds its load at rest: its static friction, 0.03, is beyond the limit, 0.02; once it moves its load can"),
+        (0.01, 0.03, "stops its load: its kinetic friction, 0.03, is beyond the limit, 0.02; at rest its load can set it going"),
+    ],
+)
+def test_a_gear_beyond_its_self_locking_limit_is_remarked_on(static, kinetic, words):
+    """By the larger of both a gear that its load drives once it moves was one that it cannot drive."""
+    start = {"gear_ratio": 50.0, "friction_kinetic": kinetic, "friction_static": static}
     data = {"run": {"stop": 0.002, "open_inputs": True}, "components": {"gear": {"fmu": "selflock:Reducer", "start": start}}}
     said = master.run(master.from_dict(data)).reached
-    assert bool(said) == locks and (not locks or "gear locks itself: its friction, 0.021, is beyond the limit, 0.02" in said[0])
+    assert len(said) == (words is not None) and all(f"gear {words}" in one for one in said)
+
+
+@pytest.mark.parametrize("kinetic, moves", [(0.025, False), (0.01, True)])
+def test_what_is_said_of_a_moving_load_is_what_it_does(kinetic, moves):
+    """A weight that is let down, and whose supply fails after 0.05 s: its kinetic friction stops it, or it falls on."""
+    system = master.load(BENCH)
+    system.faults[0].start = 0.05
+    system.components["motor"].start |= {"voltage": -6.0}
+    system.components["gear"].start |= {"friction_static": 0.03, "friction_kinetic": kinetic}
+    result = master.run(system, stop=0.3)
+    assert ("locks itself" in result.reached[0]) == (not moves)
+    assert (result.peaks["last"]["weight.angle"] < -0.3) == moves  # it swings on its shaft at -0.05 rad, or is on its way

@@ -16,6 +16,7 @@ from selflock.master.values import resolved
 from selflock.master.wiring import Wiring, make, typed, wire
 
 from .errors import SweepError
+from .record import check_window
 from .runs import adapt
 from .store import canonical
 from .study import Study
@@ -29,7 +30,10 @@ def check(study: Study, system: System) -> None:
 
     Others' FMUs are tried in processes of their own: what ends one of them here is a failed run there.
     """
-    check_times(system, system.run.stop if study.stop is None else study.stop)
+    stop = system.run.stop if study.stop is None else study.stop
+    check_times(system, stop)
+    for one in study.record:
+        check_window(one, stop)
     apart = {
         name: replace(component, process=True) if component.fmu and not component.fmu.startswith(OURS) else component
         for name, component in system.components.items()

@@ -90,6 +90,13 @@ def figure(name: str, table: Any) -> Figure:
     return made
 
 
+def check_window(one: Figure, stop: float) -> None:
+    """Refuse a window that the run is not there for: a figure of less than was asked for looks like any other."""
+    for what, time in (("begins", one.begin), ("ends", one.end)):
+        if stop + SLACK < time < np.inf:
+            raise SweepError(f"[record] {one.name}: its window {what} at {time} s, after the end of the run at {stop} s.")
+
+
 def evaluate(expression: str, table: pd.DataFrame, known: Mapping[str, Any] | None = None) -> np.ndarray:
     """The expression's value in each row of the table; SweepError where it has none."""
     columns = {name: column.to_numpy() for name, column in table.items()}

@@ -40,7 +40,7 @@ from selflock.master import toml
 
 from . import roles
 from .errors import SweepError
-from .record import Figure, evaluate, figure
+from .record import Figure, check_window, evaluate, figure
 
 KEYS = ("name", "description", "system", "stop", "table", "set", "vary", "list", "sample", "record", "report")
 MOST = 1_000_000  # runs of a sweep
@@ -282,8 +282,8 @@ def _check_names(record: list[Figure], parameters: pd.DataFrame, stop: float | N
             raise SweepError(
                 f"[record] {one.name}: a value cannot contain {sorted(one.columns)[0]}; take its final, max or mean first."
             )
-        if stop is not None and one.begin > stop:
-            raise SweepError(f"[record] {one.name}: its window begins at {one.begin} s, after the end of the run at {stop} s.")
+        if stop is not None:
+            check_window(one, stop)
         known.add(one.name)
 
 

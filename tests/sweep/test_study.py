@@ -83,6 +83,7 @@ ONE = {"a": {"values": [1.0]}}
         ({"vary": ONE, "record": {"y": {"median": "motor.current"}}}, "one of final"),
         ({"vary": ONE, "record": {"y": {"max": "motor.current", "from": 3, "to": 2}}}, "is empty"),
         ({"vary": ONE, "record": {"y": {"max": "motor.current", "from": 3}}, "stop": 2.0}, "after the end"),
+        ({"vary": ONE, "record": {"y": {"max": "motor.current", "to": 3}}, "stop": 2.0}, "ends at 3 s, after the end"),
         ({"vary": ONE, "record": {"y": {"value": "b + 1"}}}, "b is no varied parameter"),
         ({"vary": ONE, "record": {"a": {"max": "motor.current"}}}, "has this name already"),
         ({"vary": {"a": {}}, "list": [{"a": 1, "b": 2}]}, "for nothing else"),

@@ -343,3 +343,13 @@ def test_an_interval_between_steps_is_refused_before_the_runs(tmp_path):
     file = write(tmp_path / "in", MOTOR.replace("step", "interval = 0.0015\nstep"), STUDY)
     with pytest.raises(SelflockError, match="interval.*not a whole number of steps"):
         sweep(file, tmp_path / "out", workers=0)
+
+
+@pytest.mark.parametrize("window, words", [("to = 0.02", "ends at 0.02 s"), ("from = 0.02", "begins at 0.02 s")])
+def test_a_window_beyond_the_end_of_the_system_s_own_run_is_refused(tmp_path, window, words):
+    """It was cut without a word: an energy until then looked like one until its end."""
+    file = write(tmp_path / "in", MOTOR, STUDY.replace('"motor.electric_power"', f'"motor.electric_power", {window}'))
+    with pytest.raises(SweepError, match=f"energy: its window {words}, after the end of the run at 0.01 s"):
+        sweep(file, tmp_path / "out", workers=0)
+    inside = STUDY.replace('"motor.electric_power"', '"motor.electric_power", from = 0.0, to = 0.01')
+    assert (sweep(write(tmp_path / "in", MOTOR, inside), tmp_path / "out", workers=0).table["status"] == "ok").all()

@@ -131,7 +131,7 @@ def prepared(
     system = replace(system, run=replace(system.run, **{key: value for key, value in given.items() if value is not None}))
     check_choice("algorithm", system.run.algorithm, ALGORITHMS)
     if inputs is not None:
-        system = driven(system, inputs)
+        system = driven(system, inputs, stop)
     return system, system.run.stop if stop is None else float(stop)
 
 

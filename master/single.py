@@ -83,8 +83,10 @@ def _shown(description: ModelDescription) -> list[str]:
     return [name for name in local if places[name].reference in states][:SHOWN] or local[:SHOWN]
 
 
-def driven(system: System, path: Path | str) -> System:
+def driven(system: System, path: Path | str, stop: float | None = None) -> System:
     """The system with the columns of a table, .csv or .parquet, as its inputs. Raises DescriptionError, ResultError.
+
+    stop: of the run, s, in place of the system's; a table that is not there during the run is noted.
 
     The table has a column `time`, in s, that does not fall, and columns named as inputs, units in brackets behind the names
     of a .csv as in our results. Between its rows continuous Reals are straight, all else is held; before and after it, too. Of
@@ -119,7 +121,8 @@ def driven(system: System, path: Path | str) -> System:
     part = Component(part=f"{__name__}:Table", options={"path": str(Path(path).absolute()), "types": types})
     order = [name, *system.run.order] if system.run.order else []
     components = {name: part, **system.components}
-    return replace(system, components=components, connections=connections, run=replace(system.run, order=order))
+    notes = [*system.notes, *table.elsewhere(system.run.start, system.run.stop if stop is None else stop)]
+    return replace(system, components=components, connections=connections, run=replace(system.run, order=order), notes=notes)
 
 
 class Table(Part):
@@ -133,14 +136,19 @@ class Table(Part):
         frame = frame.rename(columns=str.strip)
         if "time" not in frame or len(frame) == 0 or len(frame.columns) < 2:
             raise DescriptionError(f"{path}: a column `time` in s, columns named as inputs, and rows are wanted here.")
+        if frame["time"].dtype.kind not in "fiu":
+            raise DescriptionError(
+                f"{path}: its column time holds what is no number; it is to be in s from the start of the run on."
+            )
+        self._path = path
         given = {key.strip(): unit for key, unit in units.items()}
         self.types = types or {column: _type(frame[column].dtype) for column in frame.columns if column != "time"}
         self._columns: dict[str, np.ndarray] = {}
         for column in ("time", *self.types):
             if column not in frame:
                 raise DescriptionError(f"{path} has no column {column}{did_you_mean(column, frame.columns)}")
-            try:
-                values = frame[column].to_numpy(dtype=float)
+            try:  # of dates pandas would give ns
+                values = frame[column].to_numpy(dtype=float) if frame[column].dtype.kind not in "mM" else np.array([math.nan])
             except (TypeError, ValueError):
                 values = np.array([math.nan])
             if not np.isfinite(values).all():
@@ -164,6 +172,16 @@ class Table(Part):
                 for column, kind in self.types.items()
             ],
         )
+
+    def elsewhere(self, start: float, stop: float) -> list[str]:
+        """A sentence where no row of several is within a run, one of which is held through all of it."""
+        first, last = self._time[0], self._time[-1]
+        if len(self._time) == 1 or (first <= stop and last >= start):
+            return []
+        of = f"{self._path}: its times, {first:.10g} to {last:.10g} s, are all"
+        if first > stop:
+            return [f"{of} after the run's end at {stop:g} s: its first row is held through all of it"]
+        return [f"{of} before the run's start at {start:g} s: its last row is held through all of it"]
 
     def at(self, time: float) -> None:
         """y at this time."""

@@ -108,3 +108,36 @@ def test_a_table_that_is_none_is_told(forgetful, table, refused, text, words):
 def test_an_input_has_one_source(system, native, table, refused):
     described = system({"a": native("forgetful"), "b": native("forgetful")}, {"b.offset": "a.y"}, open_inputs=True)
     refused(lambda: master.run(described, inputs=table("time,b.offset\n0,1\n")), "b.offset is connected to a.y")
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+@pytest.mark.parametrize(
+    "columns, word",
+    [
+        ({"time": pd.to_datetime(["2026-01-01", "2026-01-02"]), "offset": [1.0, 2.0]}, "column time holds what is no number"),
+        ({"time": pd.to_timedelta([0, 1], unit="s"), "offset": [1.0, 2.0]}, "column time holds what is no number"),
+        ({"time": [0.0, 1.0], "offset": pd.to_datetime(["2026-01-01", "2026-01-02"])}, "column offset holds what is no number"),
+    ],
+)
+def test_dates_and_spans_are_no_numbers(forgetful, tmp_path, refused, columns, word, ending):
+    """They were taken as so many ns: the first row was held, or all rows passed in a nanosecond."""
+    path, frame = tmp_path / f"u.{ending}", pd.DataFrame(columns)
+    frame.to_csv(path, index=False) if ending == "csv" else frame.to_parquet(path)
+    refused(lambda: master.run(forgetful, inputs=path), word)
+
+
+@pytest.mark.parametrize(
+    "times, words",
+    [
+        (
+            (1_700_000_000, 1_700_000_005),
+            "its times, 1700000000 to 1700000005 s, are all after the run's end at 0.8 s: its first row",
+        ),
+        ((-5, -1), "its times, -5 to -1 s, are all before the run's start at 0 s: its last row"),
+        ((-5, 0), None),
+        ((0.5, 9), None),
+    ],
+)
+def test_a_table_that_is_not_there_during_the_run_is_noted(forgetful, table, times, words):
+    result = master.run(forgetful, stop=0.8, step=0.1, inputs=table("time,offset\n{},1\n{},2\n".format(*times)))
+    assert len(result.notes) == (words is not None) and all(words in note for note in result.notes)

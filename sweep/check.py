@@ -110,7 +110,7 @@ def _said(part: Part, given: dict[str, Any], varied: dict[str, Any], stop: float
     try:
         part.reset()
         for name, value in {**given, **varied}.items():
-            part.set(name, typed(part.variables[name], value, part.name))
+            part.set(name, typed(part.variables[name], value, f"{part.name}.{name}"))
         part.enter_initialization(0.0, stop)
         part.exit_initialization()
     except (SelflockError, ValueError) as error:

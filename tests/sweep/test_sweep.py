@@ -149,7 +149,9 @@ def test_combinations_that_are_not_physical_are_counted_and_refused(tmp_path):
         sweep(write(tmp_path / "in", REDUCER, WEDGES), tmp_path / "out", workers=0)
     assert not (tmp_path / "out").exists()
     negative = WEDGES.replace("[0.1, 0.6, 1.1]", "[-0.1, 0.6]").replace("[1.0, 2.0, 50.0]", "[2.0, 50.0]")
-    with pytest.raises(SweepError, match="2 of 4 combinations are not physical"):
+    with pytest.raises(
+        SweepError, match=r"2 of 4 combinations are not physical.*\n  \w+\.friction_\w+ = -0.1 is outside its range"
+    ):
         sweep(write(tmp_path / "in", REDUCER, negative), tmp_path / "out", workers=0)
 
 

@@ -344,12 +344,12 @@ def _read_csv(path: Path, whole: bool) -> tuple[pd.DataFrame, dict[str, str]]:
         pa.BufferReader(content), parse_options=csv.ParseOptions(delimiter=parted), convert_options=options
     ).to_pandas()
     frame = frame if len(frame) else frame.astype(float)  # no rows yet: numbers, as they will be
-    if whole:  # people write (V), too
-        frame.columns = pd.Index([re.sub(r"\s*\(([^()]*)\)$", r" [\1]", header) for header in frame.columns])
-    split = [header.partition(" [")[0] if header.endswith("]") else header for header in frame.columns]
-    units = {name: header.removeprefix(name)[2:-1] for name, header in zip(split, frame.columns)}
-    frame.columns = pd.Index(split)
-    return frame, units
+    headers = [header.strip() for header in frame.columns]  # people put blanks around commas
+    if whole:  # and write (V), too
+        headers = [re.sub(r"\s*\(([^()]*)\)$", r" [\1]", header) for header in headers]
+    split = [header[:-1].partition(" [") if header.endswith("]") else (header, "", "") for header in headers]
+    frame.columns = pd.Index([name.strip() for name, _, _ in split])
+    return frame, {name.strip(): unit.strip() for name, _, unit in split}
 
 
 def _habits(begin: bytes) -> tuple[str, str]:

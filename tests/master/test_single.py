@@ -141,3 +141,11 @@ def test_dates_and_spans_are_no_numbers(forgetful, tmp_path, refused, columns, w
 def test_a_table_that_is_not_there_during_the_run_is_noted(forgetful, table, times, words):
     result = master.run(forgetful, stop=0.8, step=0.1, inputs=table("time,offset\n{},1\n{},2\n".format(*times)))
     assert len(result.notes) == (words is not None) and all(words in note for note in result.notes)
+
+
+@pytest.mark.parametrize("header", ["m.force [kN]", "m.force [kN] ", " m.force  [kN]\t", " m.force (kN) ", "m.force [ kN ]"])
+def test_blanks_around_a_name_and_its_unit_are_none_of_theirs(system, table, header):
+    """The input `m.force [kN] ` was there nowhere."""
+    described = system({"m": ("Mass", {"mass": 1.0})}, stop=1.0, step=0.1)
+    result = master.run(described, inputs=table(f"time [s] , {header}\n0,0.002\n"))
+    assert result.table["m.v"].iloc[-1] == pytest.approx(2.0)

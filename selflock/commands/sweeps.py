@@ -23,7 +23,10 @@ def sweep(
     unlimited: Unlimited = False,
     isolate: Isolate = False,
 ) -> None:
-    """Run a system over many parameter values; go on where an interrupted sweep stopped."""
+    """Run a system over many parameter values; go on where an interrupted sweep stopped.
+
+    Exit code: 0, or 2 for bad input or where every run failed.
+    """
     from selflock.sweep import sweep as run_sweep
 
     result = run_sweep(
@@ -37,6 +40,8 @@ def sweep(
         isolate=isolate,
     )
     say(result.summary())
+    if len(result.failed) == len(result.table):  # whoever goes on with its figures has none
+        raise typer.Exit(2)
 
 
 @app.command("sweep-report")

@@ -255,3 +255,16 @@ def test_blas_has_one_thread_in_a_command_unless_its_user_says_otherwise(said, t
 def test_the_commands_of_a_group_are_told_whole(typed):
     _, told, _ = typed("rig", "--help")
     assert "init" in told and "..." not in told.partition("Commands:")[2]
+
+
+@pytest.mark.parametrize("volts, code", [("1e305, 2e305", 2), ("12.0, 1e305", 0)])
+def test_a_sweep_without_a_run_that_went_well_says_so_by_its_exit_code(typed, tmp_path, volts, code):
+    """A script went on with figures that there were none of."""
+    (tmp_path / "s.toml").write_text(
+        '[run]\nstop = 0.01\n[components.m]\nfmu = "selflock:Motor"\nstart = { voltage = 1.0, speed = 0.0, resistance = 1e-5 }\n'
+    )
+    (tmp_path / "w.toml").write_text(
+        f'system = "s.toml"\n[vary.u]\nset = "m.voltage"\nvalues = [{volts}]\n[record]\ni = {{ final = "m.current" }}\n'
+    )
+    answered, told, _ = typed("sweep", tmp_path / "w.toml", "-o", tmp_path / "out", "--workers", 0)
+    assert answered == code and "failed" in told and (tmp_path / "out" / "runs.parquet").is_file()

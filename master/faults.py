@@ -10,6 +10,7 @@ import random
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Callable
+from math import isfinite
 from typing import NoReturn
 
 from .errors import DescriptionError
@@ -20,6 +21,10 @@ from .wiring import Wiring, Wrong, typed
 
 Change = Callable[[float, float], float]  # (time, true value) -> what is seen instead
 NEAR = 1e-6  # of a step: a communication point is at the end of a window that it misses by less, for a sum of steps is rounded
+
+
+NEEDS = {"stuck": ("value",), "offset": ("value",), "drop-out": ("value",), "delay": ("delay",), "noise": ("deviation", "seed")}
+"""What each kind knows, beside its variable and its window."""
 
 
 class Faults:
@@ -65,6 +70,18 @@ class Faults:
                 self._held[component, name] = float(u[position])
                 u[position] = wrong(u[position])
 
+    def unseen(self, stop: float) -> list[str]:
+        """A sentence for each fault whose window is not within the run."""
+        start, slack = self._wiring.system.run.start, self._slack
+        found = []
+        for fault in self._wiring.system.faults:
+            where = f"[[faults]] {fault.variable}, {fault.kind}"
+            if fault.start > stop + slack:
+                found.append(f"{where}: it begins at {fault.start:g} s, after the end of the run at {stop:g} s, and is not seen")
+            elif fault.stop <= start + slack:
+                found.append(f"{where}: it ends at {fault.stop:g} s, before the run begins at {start:g} s, and is not seen")
+        return found
+
     def install(self, seats: dict[str, Seat]) -> None:
         for component, name, is_input, fault in self._signals:
             seat = seats[component]
@@ -100,6 +117,14 @@ def _check(fault: Fault, variable: Variable) -> None:
 
     if variable.type == "String":
         refuse("strings cannot be made wrong, numbers can.")
+    for key, left_out in (("value", None), ("delay", 0.0), ("deviation", 0.0), ("seed", None)):
+        given = getattr(fault, key)
+        if given == left_out and (given is None) == (left_out is None):
+            continue
+        if key not in NEEDS[fault.kind]:
+            refuse(f"{key} is nothing of the kind {fault.kind}, which knows {' and '.join(NEEDS[fault.kind])}.")
+        if not isfinite(given):
+            refuse(f"its {key} = {given:g} is no number that a variable can take.")
     if not fault.stop > fault.start:
         refuse(f"its stop {fault.stop:g} s must be after its start {fault.start:g} s.")
     if fault.kind == "offset" and fault.value is None:

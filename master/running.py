@@ -83,7 +83,7 @@ class Running:
         self.loops: list[Circle] = []
         self.coupling: Coupling | None = None
         rescues.add(self)
-        self.notes = [*system.notes, *contrary(self.wiring)]
+        self.notes = [*system.notes, *contrary(self.wiring), *self.faults.unseen(stop)]
         self.ends: list[tuple[str, float]] = []  # parts that ended the run, and when
         self.ended: dict[str, float] = {}  # the first of them
         self.interrupted = False  # a person wants it to end

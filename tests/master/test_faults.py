@@ -1,5 +1,6 @@
 """Faults on purpose."""
 
+import math
 import random
 from decimal import Decimal
 
@@ -165,3 +166,32 @@ def test_windows_begin_and_end_at_the_step_that_they_name(system, monkeypatch, s
     table = master.run(made).table
     expected = [*range(1, count + 1), 0] if variable == "i.y" else [1, *range(1, count + 1)]  # it is set before a step
     assert table["i.y" if variable == "i.y" else "g.y"].tolist() == expected
+
+
+@pytest.mark.parametrize(
+    "fault, words",
+    [
+        (dict(variable="i.y", kind="offset", value=math.nan), ["[[faults]] i.y: its value = nan is no number"]),
+        (dict(variable="i.y", kind="drop-out", value=math.inf), ["its value = inf is no number"]),
+        (dict(variable="i.y", kind="stuck", deviation=3.0), ["deviation is nothing of the kind stuck, which knows value"]),
+        (dict(variable="i.y", kind="delay", delay=0.1, value=0.0), ["value is nothing of the kind delay, which knows delay"]),
+        (dict(variable="i.y", kind="offset", value=1.0, seed=0), ["seed is nothing of the kind offset"]),
+    ],
+)
+def test_what_is_said_of_a_fault_is_of_its_kind_and_a_number(system, refused, fault, words):
+    refused(lambda: table(system, {"start": 0.5, **fault}), *words)
+
+
+@pytest.mark.parametrize(
+    "window, words",
+    [
+        ((5.0, math.inf), "i.y, stuck: it begins at 5 s, after the end of the run at 1 s, and is not seen"),
+        ((-2.0, 0.0), "i.y, stuck: it ends at 0 s, before the run begins at 0 s, and is not seen"),
+        ((0.5, 9.0), None),
+    ],
+)
+def test_a_window_beside_the_run_is_noted(system, window, words):
+    made = system({"i": ("Integrator", {"u": 1.0})}, stop=1.0, step=0.1)
+    made.faults = [master.Fault("i.y", "stuck", *window)]
+    notes = master.run(made).notes
+    assert len(notes) == (words is not None) and all(words in note for note in notes)

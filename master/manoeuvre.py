@@ -29,8 +29,10 @@ from .errors import DescriptionError
 from .face import Part, Variable
 from .files import read, seconds
 from .system import did_you_mean
+from .units import unit
 
-MOVES = ("rad", "deg", "turn", "m", "mm")  # units whose derivative is a set-point, too
+MOVES = ({"rad": 1}, {"m": 1})  # an angle, a way: what has units of these has a derivative that is a set-point, too
+SPOKEN = {"rev": "turn"}  # units that pint reads alone, and not in a quotient
 TURN = {"from": "s, where the turn begins", "until": "s, where it ends", "to": "where it goes", "ramp": "s"}
 TABLE = {"unit": str, "start": float, "ramp": float, "turns": list}
 
@@ -95,9 +97,13 @@ class Manoeuvre(Part):
         described = [Variable(c, units[c], causality="output", depends_on=()) for c in self._courses]
         for column in self._courses:
             speed = f"{column.removesuffix('_angle')}_speed"
-            if units[column] in MOVES and speed not in self._of:
+            known, per = unit(units[column]), f"{SPOKEN.get(units[column], units[column])}/s"
+            if units[column] and known and known.exponents in MOVES and speed not in self._of:
                 self._of[speed] = self._courses[column], 1
-                described.append(Variable(speed, f"{units[column]}/s", causality="output", depends_on=(), derivative_of=column))
+                described.append(Variable(speed, per, causality="output", depends_on=(), derivative_of=column))
+                if column == "angle" and "speed" not in self._of:  # as the set-point of a drive is called; and not recorded twice
+                    self._of["speed"] = self._of[speed]
+                    described.append(Variable("speed", per, causality="local", depends_on=()))
         super().__init__(name, described)
         self._time = 0.0
 
@@ -154,6 +160,8 @@ def read_file(path: Path) -> tuple[dict[str, Setpoint], dict[str, str]]:
         if not units.get(name) and name.split("_")[-1] == "angle":
             how = f'unit = "deg" under [{name}]' if path.suffix.lower() == ".toml" else f"{name} [deg]"
             raise DescriptionError(f"{path}: nobody says the unit of {name}: write {how}, or rad, or turn.")
+        if units.get(name) and name.split("_")[-1] == "angle" and unit(units[name]) is None:
+            raise DescriptionError(f"{path}: nobody knows the unit {units[name]} of {name}: write deg, rad or turn.")
     if not courses:
         raise DescriptionError(f"{path}: holds no set-point. docs/system.md shows a manoeuvre.")
     return courses, units

@@ -161,3 +161,42 @@ def test_it_is_saved_swept_and_not_exported(tmp_path, refused):
 )
 def test_what_is_wrong_with_it_is_told(tmp_path, refused, name, text, words):
     refused(lambda: part(tmp_path, name, text), name, *words)
+
+
+@pytest.mark.parametrize(
+    "column, speed, per",
+    [
+        ("x_angle [rev]", "x_speed", "turn/s"),
+        ("x_angle [mrad]", "x_speed", "mrad/s"),
+        ("x [cm]", "x_speed", "cm/s"),
+        ("x [m]", "x_speed", "m/s"),
+        ("x [N.m]", None, None),
+        ("x", None, None),
+    ],
+)
+def test_whatever_is_an_angle_or_a_way_has_a_speed(column, speed, per, tmp_path):
+    made = part(tmp_path, "m.csv", f"time,{column}\n0,0\n2,90\n")
+    assert list(made.variables) == [column.split()[0]] + [speed] * (speed is not None)
+    if speed:
+        assert made.variables[speed].unit == per and at(made, 1.0)[speed] == pytest.approx(45.0)
+
+
+def test_an_angle_in_a_unit_that_nobody_knows_is_refused(tmp_path):
+    with pytest.raises(master.DescriptionError, match="nobody knows the unit quux of x_angle: write deg, rad or turn"):
+        part(tmp_path, "m.csv", "time,x_angle [quux]\n0,0\n2,90\n")
+
+
+def test_a_column_called_angle_is_the_set_point_that_a_drive_asks_for(tmp_path):
+    """Its speed was there as `angle_speed` alone, and the drive asks for `speed`; older files name it as it was."""
+    (tmp_path / "moves.csv").write_text("time,angle [deg]\n0,0\n2,90\n")
+    data = {
+        "run": {"stop": 0.01, "step": 0.001},
+        "components": {"moves": {"manoeuvre": "moves.csv"}, "weight": {"fmu": "selflock:Load"}},
+        "drives": {"lift": {"ratio": 50.0, "load": "weight", "controller": {}, "setpoint": "moves"}},
+    }
+    system = master.from_dict(data)
+    system.folder = tmp_path
+    system.run.record = ["moves.*", "lift_controller.speed_setpoint"]
+    table = master.run(system).table
+    assert {name for name in table if name.startswith("moves.")} == {"moves.angle", "moves.angle_speed"}
+    assert table["lift_controller.speed_setpoint"].iloc[-1] == pytest.approx(np.pi / 4)

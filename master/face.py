@@ -58,6 +58,7 @@ class Part:
     passes: bool = False  # what it gives follows from what it is given alone, at once: under Jacobi it comes last in a step
     interpolates: bool = False  # the derivatives of inputs over a step can be given with them: `tilt`
     parallel: bool = False  # `begin` starts a step that others need not wait for
+    header: str = ""  # the file of whose table the outputs are columns: their units are mended there, not at connections
     lacks: Sequence[str] = ()  # what isolation, where it was asked for, could not take away
     untaken: Mapping[
         str, Any

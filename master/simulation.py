@@ -290,7 +290,9 @@ def check_times(system: System, stop: float, endless: bool = False) -> None:
         raise DescriptionError(f"[run] step = {run.step:g}: a step above zero is wanted here.")
     if endless and stop == math.inf:
         stop = run.start + run.step
-    if not stop > run.start or not math.isfinite(stop):
+    if not math.isfinite(stop):
+        raise DescriptionError(f"The stop time {stop:g} s is none that a run comes to: a number of s is wanted here.")
+    if not stop > run.start:
         raise DescriptionError(f"The stop time {stop:g} s must be after the start {run.start:g} s.")
     for what, length in (("The time from start to stop", stop - run.start), ("[run] interval", run.interval)):
         steps = length / run.step

@@ -140,7 +140,7 @@ class Table(Part):
             raise DescriptionError(
                 f"{path}: its column time holds what is no number; it is to be in s from the start of the run on."
             )
-        self._path = path
+        self.header = path
         given = {key.strip(): unit for key, unit in units.items()}
         self.types = types or {column: _type(frame[column].dtype) for column in frame.columns if column != "time"}
         self._columns: dict[str, np.ndarray] = {}
@@ -178,7 +178,7 @@ class Table(Part):
         first, last = self._time[0], self._time[-1]
         if len(self._time) == 1 or (first <= stop and last >= start):
             return []
-        of = f"{self._path}: its times, {first:.10g} to {last:.10g} s, are all"
+        of = f"{self.header}: its times, {first:.10g} to {last:.10g} s, are all"
         if first > stop:
             return [f"{of} after the run's end at {stop:g} s: its first row is held through all of it"]
         return [f"{of} before the run's start at {start:g} s: its last row is held through all of it"]

@@ -291,6 +291,10 @@ def linked(wiring: Wiring, target: str, connection: Connection) -> Link:
         try:
             factor, offset = conversion(source.unit, sink.unit, *units)
         except DescriptionError as error:
+            if file := wiring.parts[of].header:
+                raise DescriptionError(
+                    f"{file}: column {source.name}: {str(error).partition(';')[0]}. Write its numbers in {sink.unit}, and that behind its name."
+                ) from None
             raise DescriptionError(f"{where}: {error}. Connect what has the same dimension, or say convert = false.") from None
     return Link(of, source.name, to, sink.name, gain * factor, gain * offset + shift)
 

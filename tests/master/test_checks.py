@@ -1,5 +1,7 @@
 """What is checked before the first step, and what the messages say."""
 
+import math
+
 import pytest
 
 from selflock import master
@@ -187,6 +189,7 @@ def test_settings_are_taken_as_the_variable_wants_them(system):
     [
         ({"step": 0.0}, ["above zero"]),
         ({"stop": -1.0}, ["after the start"]),
+        ({"stop": math.inf}, ["The stop time inf s is none that a run comes to"]),
         ({"step": 0.3}, ["whole number of steps"]),
         ({"interval": 0.0015}, ["interval", "whole number"]),
         ({"order": ["a"]}, ["missing: b"]),

@@ -149,3 +149,11 @@ def test_blanks_around_a_name_and_its_unit_are_none_of_theirs(system, table, hea
     described = system({"m": ("Mass", {"mass": 1.0})}, stop=1.0, step=0.1)
     result = master.run(described, inputs=table(f"time [s] , {header}\n0,0.002\n"))
     assert result.table["m.v"].iloc[-1] == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("unit", ["Hz", "1/min", "N.m"])
+def test_a_unit_that_does_not_fit_is_mended_where_it_stands(system, table, refused, unit):
+    """It was told as one of a connection, with what can be said there alone."""
+    described = system({"t": ("Thermometer", {"kelvin": 0.0, "radians": 0.0})}, stop=1.0, step=0.1)
+    said = refused(lambda: master.run(described, inputs=table(f"time,t.speed [{unit}]\n0,1\n")), "u.csv: column t.speed: ")
+    assert "Write its numbers in rad/s" in said and "convert = false" not in said and "connections" not in said

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 class Comparison:
     """One channel, measured and simulated."""
 
-    name: str  # of the residual
+    name: str  # of the residual, as it is told
     output: str
     unit: str
     error: float  # root mean square
@@ -59,11 +59,12 @@ class Comparison:
     noise_floor: float
     components: list[str]
     over: float = 0.0  # s over which the change of an angle is compared that no controller holds
+    winds: str = ""  # what the gear winds up, where that is compared: of which channels
 
     @property
     def compared(self) -> str:
         """What of the channel is compared, where it is not the channel itself."""
-        return f"its change in {self.over:.3g} s" if self.over else ""
+        return f"its change in {self.over:.3g} s" if self.over else self.winds
 
 
 @dataclass
@@ -82,7 +83,7 @@ class Replay:
         """What log and rig say of each other, error of each channel, faults, and what to open, as text."""
         lines = self.sanity.lines() if self.sanity else []
         lines += [
-            f"{c.output}{f', {c.compared}' if c.over else ''} ({c.name}): error {c.error:.4g} {c.unit} rms, {100 * c.relative:.1f} % of the measured"
+            f"{c.winds or c.output}{f', {c.compared}' if c.over else ''} ({c.name}): error {c.error:.4g} {c.unit} rms, {100 * c.relative:.1f} % of the measured"
             + (f", noise floor {c.noise_floor:.2g}" if c.noise_floor else "")
             for c in self.comparisons
         ]
@@ -147,11 +148,11 @@ def replay_drive(rig: Rig, log: str | Path, out: str | Path | None, anyway: bool
             compared = _by_fmu(experiment, residual, values, folder)
             comparisons.append(comparison(experiment, residual, values, compared))
             everywhere = np.ones(experiment.layout.count, bool)
-            plots[residual.name] = traces(Mending(experiment, residual, values, values, everywhere), compared)
+            plots[residual.told] = traces(Mending(experiment, residual, values, values, everywhere), compared)
             if residual.kind == "gear" and experiment.steady:
                 points = _points(experiment, residual, compared[0])
             if folder:
-                write_csv(_table(experiment, compared), folder / f"{residual.name.replace(' ', '_')}.csv")
+                write_csv(_table(experiment, compared), folder / f"{residual.told.replace(' ', '_')}.csv")
     result = Replay(comparisons, [f.row() for f in faults], folder, plots, points, sanity)
     result.write(rig)
     return result
@@ -166,8 +167,9 @@ def comparison(experiment: Experiment, residual: Residual, values: dict, compare
     noise = floor(experiment, residual, values, errors, trusted)
     relative = error / size if size else 0.0
     return Comparison(
-        name or residual.name, residual.output, residual.unit, error, relative, noise, list(residual.components), residual.over
-    )
+        name or residual.told, residual.output, residual.unit, error, relative, noise, list(residual.components), residual.over,
+        residual.quantity if residual.winds else "",
+    )  # fmt: skip
 
 
 def _experiments(rig: Rig, runs: list[MeasuredRun]) -> Iterator[tuple[DriveExperiment, dict[str, float]]]:

@@ -55,8 +55,20 @@ class Residual:
         return self.output.rpartition(".")[2]
 
     @property
+    def winds(self) -> bool:
+        """Whether what the gear winds up is compared: of a whole drive both of whose angles are measured, in place of the input's."""
+        return self.kind == "whole" and self.reading == "input_angle" and f"{self.prefix}load.angle" in self.reads
+
+    @property
+    def told(self) -> str:
+        """Its name where people read it. `name` is what results are known by, and says the channel alone."""
+        return f"whole {self.prefix}reducer.windup" if self.winds else self.name
+
+    @property
     def quantity(self) -> str:
         """What is compared: at the gear a torque, whatever channel it comes from, but of a current the current itself."""
+        if self.winds:
+            return f"wind-up, {self.output} / gear_ratio - {self.prefix}load.angle"
         if self.over:
             return f"change of {self.output} in {self.over:.3g} s"
         return "torque at the motor's shaft" if self.kind == "gear" and self.reading != "current" else self.output

@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 from lxml import html
 
+from selflock import master
 from selflock.diagnosis import replay
 from selflock.diagnosis.data.gathered import gathered
 from selflock.diagnosis.data.rig import load
@@ -162,7 +163,7 @@ def test_it_compares_what_a_diagnosis_judges(sound, tmp_path):
     runs = gathered(sound[1], rig)[0]
     chosen, why = whole_where_described(rig, runs)
     assert chosen.simulate == "whole" and "period of its own" in why
-    judged = [residual.name for residual in DriveExperiment(chosen, runs).residuals]
+    judged = [residual.told for residual in DriveExperiment(chosen, runs).residuals]
     assert [one.name for one in replay(rig.path, sound[1], None).comparisons] == judged
 
 
@@ -197,3 +198,19 @@ def test_of_an_angle_that_no_controller_holds_its_change_is_said_to_be_compared(
     assert f"load.angle, its change in {angle.over:.3g} s (whole load.angle)" in found.summary()
     assert found.plots["whole load.angle"][0]["y"]["label"].startswith("change of load.angle in ")
     assert "so that it strays" in found.page.read_text()
+
+
+def test_what_a_gear_winds_up_is_not_called_its_input_angle(tmp_path):
+    """Of both angles the second is told beside the first: some µrad under the name of an angle of many turns."""
+    examples = ROOT / "examples"
+    master.run(examples / "arm.toml", stop=2.5, out=tmp_path / "log.csv")
+    found = replay(examples / "rigs" / "arm_rig.toml", tmp_path / "log.csv", tmp_path / "out")
+    (wound,) = (one for one in found.comparisons if one.winds)
+    assert wound.name == "whole reducer.windup" and wound.output == "reducer.input_angle"
+    words = "wind-up, reducer.input_angle / gear_ratio - load.angle"
+    assert f"{words} (whole reducer.windup): error" in found.summary() and words in found.page.read_text()
+    assert found.plots[wound.name][0]["y"]["label"] == words
+    assert "whole reducer.input_angle" not in found.summary() + found.page.read_text()
+    log, shown = (pd.read_csv(path) for path in (tmp_path / "log.csv", tmp_path / "out" / "whole_reducer.windup.csv"))
+    there = log["arm_reducer.input_angle [rad]"] / 60.0 - log["arm_load.angle [rad]"]
+    assert np.allclose(shown["measured"][shown["trusted"]], there[shown["trusted"]], atol=1e-9) and shown["trusted"].any()

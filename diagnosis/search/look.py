@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from copy import copy
 from hashlib import blake2b
 from typing import Any
 
 import numpy as np
 
+from ..residuals.whole import FILTER
 from ..rules import RULES
 from .fit import Fit, change
 from .hypotheses import Hypothesis
@@ -89,10 +90,26 @@ class Sight:
         self.at = problem.misfit(self.fixed).reshape(problem.shape)
         self.loss = max(problem.loss(self.at.ravel()), 1e-300)
 
+    def left(self, values: dict) -> float:
+        """What share of the base's loss these values leave, with its own beside them."""
+        return self.problem.loss(self.problem.misfit({**self.fixed, **values})) / self.loss
+
 
 def sights(problem: Problem, base: Fit) -> tuple[Sight, Sight]:
     """A problem as looks have it over a base: of what does not drift, and of what does."""
     return Sight(problem.near(base), base, "near"), Sight(problem.glance(True), base, "all")
+
+
+def as_read(view: Sight, base: Fit, ways: Sequence[Direction]) -> tuple[Direction, dict, float] | None:
+    """Of these ways that which leaves least with the recorder as if it did nothing, where it begins, and what share of the base's loss.
+
+    None where no filter of the controller's is among what the recorder is taken for. Of a drive that lacks something such a filter
+    may stand for that in its loop, and beside it the cause itself is none: a shaft that winds up left more than the base did,
+    however little of it, and a third of that without.
+    """
+    plain = {p.name: 0.0 for p in base.free if p.of_recorder} if base.values.get(FILTER, 0.0) > 0.0 else {}
+    begun = [(way, start := plain | way.start(), view.left(start)) for way in ways] if plain else []
+    return min(begun, key=lambda one: one[2], default=None)
 
 
 class Touched:

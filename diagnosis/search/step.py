@@ -36,7 +36,7 @@ from .candidate import (
 from .fit import Fit
 from .hypotheses import Free, Hypothesis
 from .linear import Linear
-from .look import Known, Look, Sight, sights
+from .look import Known, Look, Sight, as_read, sights
 from .problem import Problem, of_drive
 from .screen import Direction
 from .waves import looked_for
@@ -358,8 +358,12 @@ class Step:
         return [*shown, *apart, *raced[: rules.fits_by_channel - len(apart)]], first
 
     def _best_begun(self, ways: list[Direction]) -> list[Direction]:
-        """Ways of a hypothesis, that first which leaves least where it begins, of those that look best."""
-        best = min(ways[: RULES.search.ways_begun], key=lambda way: self._tried(way)[1])
+        """Ways of a hypothesis, that first which leaves least where it begins, of those that look best; or as the log was read."""
+        most = RULES.search.ways_begun
+        best, apart = min(ways[:most], key=lambda way: self._tried(way)[1]), ways[:: -(-len(ways) // most)]
+        other = None if self.found else as_read(self._views[ways[0].hypothesis.drifts], self.base, apart)
+        if other and other[2] < min(1.0, self._tried(best)[1]):
+            best, self.tried[id(other[0])] = other[0], other[1:]
         return [best, *(way for way in ways if way is not best)]
 
     def _raced(self, ways: list[Direction]) -> tuple[list[Direction], Fit | None]:
@@ -389,7 +393,8 @@ class Step:
     def _begin(self, extra: tuple[Free, ...], start: dict, held: tuple[Free, ...] = ()) -> Fit:
         """A few steps of a fit of a whole drive's numbers alone; what is held stays where it starts."""
         drive = of_drive((*self.base.free, *extra))
-        begin = {p.name: start[p.name] for p in (*extra, *held)}
+        plain = {name: 0.0 for name, x in start.items() if name in self.base.values and x == 0.0}  # as the log was read
+        begin = plain | {p.name: start[p.name] for p in (*extra, *held)}
         return self.problem.fit(drive, self.base.values | begin, RULES.search.effort_begin)
 
     def _judge(self, ways: list[Direction], first: Fit | None, most: float) -> Candidate:
@@ -453,13 +458,12 @@ class Step:
         if id(way) in self.tried:
             return self.tried[id(way)]
         view = self._views[way.hypothesis.drifts]
-        loss = lambda at: view.problem.loss(view.problem.misfit({**view.fixed, **at})) / view.loss
         start, little = way.start(), way.little()
-        left = loss(start)
+        left = view.left(start)
         more = lambda p: abs(start[p.name] - p.nominal) > abs(little[p.name] - p.nominal)
         while left > 1.0 and not any(p.trials for p in way.amplitudes) and any(map(more, way.amplitudes)):
             start |= {p.name: p.nominal + 0.25 * (start[p.name] - p.nominal) for p in way.amplitudes}
-            left = loss(start)
+            left = view.left(start)
         self.tried[id(way)] = start, left
         return start, left
 

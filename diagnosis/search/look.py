@@ -101,14 +101,16 @@ def sights(problem: Problem, base: Fit) -> tuple[Sight, Sight]:
 
 
 def as_read(view: Sight, base: Fit, ways: Sequence[Direction]) -> tuple[Direction, dict, float] | None:
-    """Of these ways that which leaves least with the recorder as if it did nothing, where it begins, and what share of the base's loss.
+    """Of these ways that which leaves least without the controller's filter, where it begins, and what share of the base's loss.
 
-    None where no filter of the controller's is among what the recorder is taken for. Of a drive that lacks something such a filter
-    may stand for that in its loop, and beside it the cause itself is none: a shaft that winds up left more than the base did,
-    however little of it, and a third of that without.
+    None where there is no such filter. Of a drive that lacks something it may stand for that in the loop, and beside it the cause
+    itself is none: a shaft that winds up left more than the base did, however little of it, and a third of that without. So may
+    what else was taken for the recorder's with it: the ways are tried as the log was read, too.
     """
-    plain = {p.name: 0.0 for p in base.free if p.of_recorder} if base.values.get(FILTER, 0.0) > 0.0 else {}
-    begun = [(way, start := plain | way.start(), view.left(start)) for way in ways] if plain else []
+    if not base.values.get(FILTER, 0.0) > 0.0:
+        return None
+    plain = {FILTER: 0.0}, {p.name: 0.0 for p in base.free if p.of_recorder}
+    begun = [(way, start := zeros | way.start(), view.left(start)) for way in ways for zeros in plain]
     return min(begun, key=lambda one: one[2], default=None)
 
 

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
+from selflock.diagnosis.residuals.whole import FILTER
 from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search.candidate import Candidate
+from selflock.diagnosis.search.look import as_read
 from selflock.diagnosis.search.problem import Problem
 from selflock.diagnosis.search.screen import Direction
 from selflock.diagnosis.search.step import Step
@@ -138,3 +140,24 @@ def test_what_acts_after_the_seconds_that_are_fitted_is_fitted_on_more(rng, monk
         excess = longer.excess(longer.nominal).max()
         assert longer.experiment.seconds == 2.0 * seconds and excess > 2.0 * problem.excess(problem.nominal).max()
         assert longer.glance(True).experiment.seconds == 2.0 * seconds
+
+
+@pytest.mark.slow
+def test_ways_begin_as_the_log_was_read_where_a_filter_stands_for_what_is_missing(step, rng):
+    """Beside a filter in the loop that is none a cause may leave more than the base: without it, it begins where it is."""
+
+    def beside(late):
+        values = step.base.values | {FILTER: late}
+        base = replace(step.base, values=values, misfit=step.problem.misfit(values))
+        return Step(step.problem, base, [], RULES.search.clean, np.inf, lambda *_: None)
+
+    missing = R - DRIVE[RESISTANCE]
+    plain, astray = beside(0.0), beside(rng.uniform(0.02, 0.05))
+    assert as_read(plain._views[False], plain.base, [way(plain, RESISTANCE, missing)]) is None
+    right = way(astray, RESISTANCE, missing)
+    best, start, share = as_read(astray._views[False], astray.base, [right])
+    without = astray._views[False].left({FILTER: 0.0} | right.start())
+    assert best is right and start[FILTER] == 0.0 and start[RESISTANCE] == pytest.approx(R) and share <= without
+    assert astray._best_begun([right]) == [right] and astray._tried(right)[1] <= max(share, 1.0)
+    if share < 0.9:  # beside the filter next to nothing is gained
+        assert astray._tried(right) == (start, share)

@@ -19,6 +19,7 @@ from ..rules import RULES
 from ..search.kept import Kept
 from ..systems.system import prepare
 from . import told
+from .felt import felt
 from .fit import Calibrating, End, fit, fit_from, polished, remaining, spreads
 from .heard import as_measured, heard, sentences
 from .numbers import label, of_rig
@@ -60,6 +61,7 @@ def calibrate_system(
     rig, parts = prepare(rig)
     runs, faults, held = gather(rig, logs, test)
     numbers = of_rig(rig, parts, runs)
+    runs, faults = felt(rig, parts, runs, numbers, faults)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)  # a place that cannot be used is told before the work, not after it
     everything = [np.ones(len(run), bool) for run in runs]

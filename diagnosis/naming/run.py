@@ -14,6 +14,7 @@ from typing import cast
 import numpy as np
 
 from ..calibration import told
+from ..calibration.felt import felt
 from ..calibration.fit import End, fit, fit_from, remaining
 from ..calibration.heard import heard, sentences
 from ..calibration.numbers import Number, of_rig
@@ -76,6 +77,7 @@ def name_system(
     rig, parts = prepare(rig)
     runs, faults, held = gather(rig, logs, test)
     numbers = of_rig(rig, parts, runs) if rig.wanted or rig.uncertain else ()
+    runs, faults = felt(rig, parts, runs, numbers, faults)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
     layout = Blocks(runs, False)

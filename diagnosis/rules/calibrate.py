@@ -59,6 +59,13 @@ class CalibrateRules:
         "theory: noise that it heard goes, noise that it did not hear comes in; half lies between, and no fit is asked",
     )
 
+    felt: float = rule(
+        0.9,
+        "share of what is missed of the outputs behind an input's spikes that is left with these, at most, where they were there",
+        "theory: a number up to twice what it is leaves less with them; of a sample that a recorder spoilt all is more; a tenth for chance",
+    )
+    felt_rows: int = rule(10, "rows behind a spike in which its answer is looked for", "theory: as a lag of a few rows begins")
+
     # --- what is told: calibration.told
     unmoved: float = rule(
         1e-12,

@@ -229,6 +229,12 @@ class SearchRules:
         "sets of free numbers that a hypothesis is fitted with, at most",
         'a limit of time; not studied. First said in "The contest in four files"',
     )
+    unfiltered: float = rule(
+        0.75,
+        "share of what the base leaves that a way of acting must leave at most where it begins without the controller's filter",
+        "of three drives of development: two shafts that wind up leave 0.32 and 0.66, a play whose swing no simulation has the phase "
+        "of 0.86, and ended at two thirds of itself",
+    )
     ways_begun: int = rule(
         6,
         "ways of acting of a hypothesis of such a drive that are simulated where they begin, those that look best",

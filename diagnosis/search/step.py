@@ -362,7 +362,7 @@ class Step:
         most = RULES.search.ways_begun
         best, apart = min(ways[:most], key=lambda way: self._tried(way)[1]), ways[:: -(-len(ways) // most)]
         other = None if self.found else as_read(self._views[ways[0].hypothesis.drifts], self.base, apart)
-        if other and other[2] < min(1.0, self._tried(best)[1]):
+        if other and other[2] < min(RULES.search.unfiltered, self._tried(best)[1]):
             best, self.tried[id(other[0])] = other[0], other[1:]
         return [best, *(way for way in ways if way is not best)]
 

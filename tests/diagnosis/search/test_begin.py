@@ -159,5 +159,5 @@ def test_ways_begin_as_the_log_was_read_where_a_filter_stands_for_what_is_missin
     without = astray._views[False].left({FILTER: 0.0} | right.start())
     assert best is right and start[FILTER] == 0.0 and start[RESISTANCE] == pytest.approx(R) and share <= without
     assert astray._best_begun([right]) == [right] and astray._tried(right)[1] <= max(share, 1.0)
-    if share < 0.9:  # beside the filter next to nothing is gained
+    if share < RULES.search.unfiltered:  # beside the filter next to nothing is gained
         assert astray._tried(right) == (start, share)

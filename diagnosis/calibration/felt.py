@@ -29,6 +29,8 @@ def felt(
     Told with the numbers as they are given, before anything is fitted: without its blows a log may have nothing to fit.
     """
     spikes = [fault for fault in faults if fault.kind == "corrupted"]
+    if not spikes:
+        return runs, faults
     with closing(Played(rig, parts, runs, numbers)) as played:
         inputs, outputs = {feed.channel for feed in played.group.feeds}, played.outputs
     found, real = list(runs), set[int]()
@@ -81,6 +83,8 @@ def _missed(played: Played, given: Settings, struck_at: Sequence[int]) -> float:
             e = errors[name][0] / (played.spread(name) or 1.0)
             for k in struck_at:
                 before, behind = np.arange(max(0, k - reach), k + 1), np.arange(k, min(k + reach + 1, len(e)))
-                line = np.polyfit(before - k, e[before], 1 if len(before) > 2 else 0)
-                found.append(e[behind] - np.polyval(line, behind - k))
-        return float(np.nanmean(np.square(np.concatenate(found))))
+                before, behind = before[np.isfinite(e[before])], behind[np.isfinite(e[behind])]
+                if len(before):
+                    line = np.polyfit(before - k, e[before], 1 if len(before) > 2 else 0)
+                    found.append(e[behind] - np.polyval(line, behind - k))
+        return float(np.mean(np.square(np.concatenate([*found, np.zeros(1)]))))

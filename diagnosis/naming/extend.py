@@ -76,8 +76,9 @@ def _inputs(work: Work, i: int, whole: System, out: Path) -> Path:
     columns = {"time": options["time"]}
     for name, values in options["columns"].items():
         entry = next((one for one in work.inserts if one.place.where == IN and one.place.variable == name), None)
-        if name in work.parts.variables:
-            columns[f"{entry.name}.signal" if entry else name] = values
+        target = f"{entry.name}.signal" if entry else name
+        if name in work.parts.variables and target not in whole.connections:  # in the whole its own source gives it
+            columns[target] = values
         for one in work.inserts:
             for target, over in (("x", "" if one.own else one.over), ("beside", one.beside)):
                 if over == name and f"{one.name}.{target}" not in whole.connections:

@@ -5,6 +5,7 @@ import oscillators
 import pandas as pd
 import pytest
 
+from selflock import master
 from selflock.diagnosis import calibrate, name
 from selflock.master.dump import save
 from selflock.master.system import Component, Connection, Run, System
@@ -56,8 +57,12 @@ def test_a_component_that_heard_a_sensors_noise_is_given_what_was_measured(tmp_p
 @pytest.mark.slow
 def test_what_is_sound_beside_that_lacks_nothing(tmp_path, native, rng):
     logs = [chained(tmp_path, native, rng, True, log) for log in ("log.csv", "test.csv")]
-    result = name(ranges(tmp_path), logs[:1], test=logs[1:], out=None)
+    result = name(ranges(tmp_path), logs[:1], test=logs[1:], out=tmp_path / "out")
     assert result.verdict == "none"
+    whole = master.run(
+        master.load(tmp_path / "out/extended.toml"), inputs=tmp_path / "out/inputs.csv"
+    )  # its loop closes by itself
+    assert {"first.x", "second.x"} <= {*whole.table}
     assert any("second heard its noise" in note for note in result.notes)
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from selflock.master.wiring import Link
 
 from ..data.log import MeasuredRun
+from ..data.values import resolution, rough
 from ..rules import RULES
 from .fit import Calibrating
 from .played import Played
@@ -23,8 +24,9 @@ from .played import Played
 def heard(problem: Calibrating, values: dict[str, float]) -> dict[str, tuple[float, float]]:
     """Such inputs, with the noise of an output of their component as the model gives them and as they were measured, in units of its spread.
 
-    Told by that noise alone, from row to row, which no slow cause changes: where a component heard what was measured most of it
-    goes, and where it did not the sensor's comes in. An output may have been read in the row of what it follows (naming.rows).
+    Told by that noise, from row to row: where a component heard what was measured most of it goes, and where it did not the
+    sensor's comes in. What goes must be noise by fourth differences, too: in a loop whose numbers are off, a house with a thermostat,
+    half of what changed from row to row was what the loop did. An output may have been read in the row of what it follows (naming.rows).
     """
     parts, played = problem.played.parts, problem.played
     fed = {feed.target for feed in played.group.feeds}
@@ -46,11 +48,20 @@ def heard(problem: Calibrating, values: dict[str, float]) -> dict[str, tuple[flo
             continue
         for output in mine:
             spread = played.spread(output) or 1.0
-            now = problem.floor(output, errors[output]) / spread
-            then = min(problem.floor(output, one) for one in (simulated[output], _a_row_on(problem, output, simulated[output])))
-            if now > RULES.pipeline.fine and then / spread < RULES.calibrate.heard * now:
-                found[name] = now, then / spread
+            now, bent = problem.floor(output, errors[output]) / spread, _noise(problem, output, errors[output])
+            for one in (simulated[output], _a_row_on(problem, output, simulated[output])):
+                then, less = problem.floor(output, one) / spread, _noise(problem, output, one)
+                if now > RULES.pipeline.fine and then < RULES.calibrate.heard * now and less < RULES.calibrate.heard_noise * bent:
+                    found[name] = now, then
     return found
+
+
+def _noise(problem: Calibrating, output: str, errors: list[np.ndarray]) -> float:
+    """Noise of single rows by fourth differences, in which what goes on slowly leaves nothing, and the recorder's steps."""
+    measured = np.concatenate([problem.runs[i].signals[output] for i in problem.which])
+    bent = np.concatenate([rough(e[good]) for e, good in zip(errors, problem.trusted[output])])
+    noise = float(np.median(bent)) / RULES.residuals.normal_median if len(bent) else 0.0
+    return max(noise, resolution(measured) / np.sqrt(12.0))
 
 
 def _a_row_on(problem: Calibrating, output: str, errors: list[np.ndarray]) -> list[np.ndarray]:

@@ -59,6 +59,11 @@ class CalibrateRules:
         "theory: noise that it heard goes, noise that it did not hear comes in; half lies between, and no fit is asked",
     )
 
+    heard_noise: float = rule(
+        0.9,
+        "share of an output's noise by fourth differences that is left then, at most",
+        "theory: of what a component did not hear more is there, or as much; a tenth for chance",
+    )
     felt: float = rule(
         0.9,
         "share of what is missed of the outputs behind an input's spikes that is left with these, at most, where they were there",

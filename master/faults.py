@@ -22,7 +22,6 @@ from .wiring import Wiring, Wrong, typed
 Change = Callable[[float, float], float]  # (time, true value) -> what is seen instead
 NEAR = 1e-6  # of a step: a communication point is at the end of a window that it misses by less, for a sum of steps is rounded
 
-
 NEEDS = {"stuck": ("value",), "offset": ("value",), "drop-out": ("value",), "delay": ("delay",), "noise": ("deviation", "seed")}
 """What each kind knows, beside its variable and its window."""
 
@@ -119,7 +118,7 @@ def _check(fault: Fault, variable: Variable) -> None:
         refuse("strings cannot be made wrong, numbers can.")
     for key, left_out in (("value", None), ("delay", 0.0), ("deviation", 0.0), ("seed", None)):
         given = getattr(fault, key)
-        if given == left_out and (given is None) == (left_out is None):
+        if given == left_out:
             continue
         if key not in NEEDS[fault.kind]:
             refuse(f"{key} is nothing of the kind {fault.kind}, which knows {' and '.join(NEEDS[fault.kind])}.")

@@ -53,7 +53,7 @@ class Fixed(Stepping):
         self.start, self.size = run.start, run.step
         steps = (running.stop - run.start) / run.step
         self.count: float = round(steps) if math.isfinite(steps) else steps
-        self.every = max(1, round(run.interval / run.step)) if run.interval else 1
+        self.every = run.every
         self.advance, self.windows = self.coupling.advance, running.faults
 
     @property

@@ -54,6 +54,11 @@ class Run(Plain):
     as_fmu: bool = False  # FMUs of ours run as any other's, and not by their compiled laws in long runs
     step_min: float = 0.0  # smallest step of step control; 0: step / 1024
 
+    @property
+    def every(self) -> int:
+        """Steps from one recorded row to the next."""
+        return max(1, round(self.interval / self.step))
+
 
 @dataclass
 class Component(Plain):

@@ -90,7 +90,7 @@ def run_one(bench: Bench, item: dict[str, Any]) -> tuple[dict[str, Any], dict[st
     """One run: its figures, and its table where that is wanted."""
     try:
         system, settings = adapt(bench.system, item["settings"])
-        every = max(1, round(system.run.interval / system.run.step))
+        every = system.run.every
         system = replace(system, run=replace(system.run, interval=0.0))  # figures are of all steps, whatever rows are kept
         result = master.run(system, settings=settings, stop=bench.stop, keep=bench.parts)
     except master.PartFailed as error:

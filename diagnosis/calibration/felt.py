@@ -33,22 +33,22 @@ def felt(
         return runs, faults
     with closing(Played(rig, parts, runs, numbers)) as played:
         inputs, outputs = {feed.channel for feed in played.group.feeds}, played.outputs
-    found, real = list(runs), set[int]()
+    found, real = list(runs), set[DataFault]()
     for i, run in enumerate(runs):
-        mine = [k for k, fault in enumerate(spikes) if (fault.log, fault.run) == (run.log, run.name)]
-        blows = [k for k in mine if spikes[k].channel in inputs]
+        mine = [spike for spike in spikes if (spike.log, spike.run) == (run.log, run.name)]
+        blows = [spike for spike in mine if spike.channel in inputs]
         if not blows:
             continue
-        about = np.any([_rows(run, spikes[k], RULES.calibrate.felt_rows) for k in blows], axis=0)
-        struck_at = [int(np.argmax(_rows(run, spikes[k]))) for k in blows]
-        answers = [k for k in mine if spikes[k].channel in outputs and (_rows(run, spikes[k]) & about).any()]
-        struck, own = _unmasked(run, [spikes[k] for k in (*blows, *answers)]), _of(numbers, i)
+        about = np.any([_rows(run, blow, RULES.calibrate.felt_rows) for blow in blows], axis=0)
+        struck_at = [int(np.argmax(_rows(run, blow))) for blow in blows]
+        answers = [spike for spike in mine if spike.channel in outputs and (_rows(run, spike) & about).any()]
+        struck, own = _unmasked(run, [*blows, *answers]), _of(numbers, i)
         given = {n.variable: n.start for n in own}
         without, with_them = (_missed(Played(rig, parts, [one], own), given, struck_at) for one in (run, struck))
         if with_them < RULES.calibrate.felt * without:
             found[i] = struck
-            real |= {id(spikes[k]) for k in (*blows, *answers)}
-    return found, [fault for fault in faults if id(fault) not in real]
+            real |= {*blows, *answers}
+    return found, [fault for fault in faults if fault not in real]
 
 
 def _of(numbers: Sequence[Number], i: int) -> list[Number]:

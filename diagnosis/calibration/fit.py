@@ -106,6 +106,10 @@ class Calibrating:
             return None
         return np.concatenate([e[t] / self.units[name] for name in errors for e, t in zip(errors[name], self.trusted[name])])
 
+    def measured(self, name: str) -> np.ndarray:
+        """What was measured of an output where it counts, of all runs."""
+        return np.concatenate([self.runs[i].signals[name][t] for i, t in zip(self.which, self.trusted[name])])
+
     def floor(self, name: str, errors: list[np.ndarray], quantum: float = 0.0) -> float:
         """Noise of an output, in its unit, by its errors in the runs that teach. quantum: resolution of what was recorded."""
         return float(of_samples(errors, self.trusted[name], 1, quantum, self.every))
@@ -144,8 +148,7 @@ def remaining(problem: Calibrating, values: dict[str, float]) -> dict[str, tuple
     assert errors is not None, "of an end of a fit, which was simulated"
     for name, parts in errors.items():
         trusted = problem.trusted[name]
-        measured = np.concatenate([problem.runs[i].signals[name][t] for i, t in zip(problem.which, trusted)])
-        noise = problem.floor(name, parts, resolution(measured))
+        noise = problem.floor(name, parts, resolution(problem.measured(name)))
         joined = np.concatenate([e[t] for e, t in zip(parts, trusted)])
         usual = float(np.median(abs(joined))) / RULES.residuals.normal_median if len(joined) else 0.0
         found[name] = usual, noise

@@ -6,7 +6,7 @@ more of a riddle than any other input of a log.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import replace
 
@@ -21,27 +21,25 @@ from .fit import Calibrating
 from .played import Played
 
 
-def heard(problem: Calibrating, values: dict[str, float]) -> dict[str, tuple[float, float]]:
-    """Such inputs, with the noise of an output of their component as the model gives them and as they were measured, in units of its spread.
+def heard(problem: Calibrating, values: dict[str, float]) -> dict[str, Link]:
+    """Such inputs, with what is connected to them.
 
-    Told by that noise, from row to row: where a component heard what was measured most of it goes, and where it did not the
+    Told by the noise of an output of their component, from row to row: where a component heard what was measured most of it goes, and where it did not the
     sensor's comes in. What goes must be noise by fourth differences, too: in a loop whose numbers are off, a house with a thermostat,
     half of what changed from row to row was what the loop did. An output may have been read in the row of what it follows (naming.rows).
     """
     parts, played = problem.played.parts, problem.played
     fed = {feed.target for feed in played.group.feeds}
-    links = {
-        n: link
-        for n, link in parts.links.items()
-        if link.target in played.group.members and link.source != link.target and not (link.text or link.mapping)
-    }
-    errors, found = problem.errors(values), dict[str, tuple[float, float]]()
-    if errors is None:
-        return found
-    for name, link in links.items():
+    found, errors = dict[str, Link](), None
+    for name, link in parts.links.items():
         mine = [output for output in played.outputs if parts.owner(output) == link.target]
         if name in fed or not mine or f"{link.source}.{link.output}" not in played.outputs:
             continue
+        if link.source == link.target or link.text or link.mapping:
+            continue
+        errors = errors or problem.errors(values)
+        if errors is None:
+            break
         with closing(Played(problem.rig, parts, as_measured(problem.runs, {name: link}), problem.numbers)) as other:
             simulated = other.errors(problem.settings(values), problem.which)
         if simulated is None:
@@ -52,7 +50,7 @@ def heard(problem: Calibrating, values: dict[str, float]) -> dict[str, tuple[flo
             for one in (simulated[output], _a_row_on(problem, output, simulated[output])):
                 then, less = problem.floor(output, one) / spread, _noise(problem, output, one)
                 if now > RULES.pipeline.fine and then < RULES.calibrate.heard * now and less < RULES.calibrate.heard_noise * bent:
-                    found[name] = now, then
+                    found[name] = link
     return found
 
 
@@ -65,9 +63,14 @@ def _noise(problem: Calibrating, output: str, errors: list[np.ndarray]) -> float
 
 
 def _a_row_on(problem: Calibrating, output: str, errors: list[np.ndarray]) -> list[np.ndarray]:
-    """What is left beside that which is simulated for the next row."""
+    """The same of an output's runs, of the last rows as they are."""
     measured = [problem.runs[i].signals[output] for i in problem.which]
-    return [np.append((y[:-1] - (y - e)[1:]), e[-1:]) for y, e in zip(measured, errors)]
+    return [np.append(a_row_on(y, e), e[-1:]) for y, e in zip(measured, errors)]
+
+
+def a_row_on(measured: np.ndarray, errors: np.ndarray) -> np.ndarray:
+    """What is left of each row but the last beside that which is simulated for the next."""
+    return measured[:-1] - (measured - errors)[1:]
 
 
 def as_measured(runs: Sequence[MeasuredRun], links: dict[str, Link]) -> list[MeasuredRun]:
@@ -84,10 +87,9 @@ def as_measured(runs: Sequence[MeasuredRun], links: dict[str, Link]) -> list[Mea
     return found
 
 
-def sentences(found: Iterable[str], problem: Calibrating) -> list[str]:
+def sentences(found: dict[str, Link]) -> list[str]:
     """What is to be told of them."""
-    links = problem.played.parts.links
     return [
-        f"{name} is given what was measured of {links[name].source}.{links[name].output}: {links[name].target} heard its noise"
-        for name in found
+        f"{name} is given what was measured of {link.source}.{link.output}: {link.target} heard its noise"
+        for name, link in found.items()
     ]

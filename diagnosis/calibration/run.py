@@ -91,9 +91,9 @@ def _calibrated(problem: Calibrating, held: list[bool], starts: int, seed: int, 
     origin = np.array([n.place(n.start) for n in problem.free])
     problem.units = spreads(played)
     notes = _first_look(problem, origin)
-    if names := heard(problem, problem.values(origin)):
-        notes += sentences(names, problem)
-        problem.hear(as_measured(runs, {name: played.parts.links[name] for name in names}))
+    if links := heard(problem, problem.values(origin)):
+        notes += sentences(links)
+        problem.hear(as_measured(runs, links))
         played, runs = problem.played, problem.runs
     quiet = told.silent(problem, origin)
     problem.fixed |= {n.name: n.start for n in numbers if n.name in quiet}
@@ -129,7 +129,7 @@ def _calibrated(problem: Calibrating, held: list[bool], starts: int, seed: int, 
         )
         for name in played.outputs
     ]
-    notes += told.misread(problem, given, values).values()
+    notes += told.misread(problem, given, values)
     found, like = _numbers(problem, final, values, quiet, labels)
     effort = played.effort
     return Calibration(

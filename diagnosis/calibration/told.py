@@ -11,7 +11,7 @@ from ..search.fit import Fit, weight
 from ..search.hypotheses import Free
 from ..search.starts import collinear
 from ..systems.sanity import held
-from .fit import Calibrating, End
+from .fit import Calibrating, End, Rows
 
 
 def silent(problem: Calibrating, origin: np.ndarray) -> set[str]:
@@ -35,29 +35,34 @@ def silent(problem: Calibrating, origin: np.ndarray) -> set[str]:
     return found
 
 
-def misread(problem: Calibrating, given: dict[str, float], fitted: dict[str, float]) -> dict[str, str]:
+def misread(problem: Calibrating, given: dict[str, float], fitted: dict[str, float]) -> list[str]:
     """Of outputs that numbers as given simulate but for a unit, and which the fitted ones miss by about as much as they vary, what is wrong.
 
     What fits to a column in mV is no more like it than what was given, which is: a factor that no part has, or the zero of another
     scale of temperature. A sign, or a tenth, may be what is missing.
     """
-    before, after, played = problem.errors(given), problem.errors(fitted), problem.played
-    found = dict[str, str]()
-    if before is None or after is None:
+    played, after, found = problem.played, problem.errors(fitted), list[str]()
+    if after is None:
         return found
-    for name in played.outputs:
-        good = problem.trusted[name]
-        measured = np.concatenate([problem.runs[i].signals[name][t] for i, t in zip(problem.which, good)])
-        simulated = measured - np.concatenate([e[t] for e, t in zip(before[name], good)])
-        missed = rms([e[t] for e, t in zip(after[name], good)])
-        if missed <= RULES.data.unlike * float(np.std(measured)) or not np.ptp(measured) or not np.ptp(simulated):
+    far = [n for n in played.outputs if _missed(problem, after, n) > RULES.data.unlike * float(np.std(problem.measured(n)))]
+    before = problem.errors(given) if far else None
+    if before is None:
+        return found
+    for name in far:
+        measured = problem.measured(name)
+        simulated = measured - np.concatenate([e[t] for e, t in zip(before[name], problem.trusted[name])])
+        if not np.ptp(measured) or not np.ptp(simulated):
             continue
         unit, makers = played.parts.variables[name].unit, [played.parts.owner(name)]
         reads = [feed.channel for feed in played.group.feeds]
         _, findings = held(name, unit, makers, reads, simulated, measured, problem.rig, RULES.data.gross_beside)
         if findings and np.cov(simulated, measured)[0, 1] > 0.0:
-            found[name] = findings[0].sentence.rstrip(".")
+            found.append(findings[0].sentence.rstrip("."))
     return found
+
+
+def _missed(problem: Calibrating, errors: Rows, name: str) -> float:
+    return rms([e[t] for e, t in zip(errors[name], problem.trusted[name])])
 
 
 def errors(problem: Calibrating, end: End, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..calibration.fit import Calibrating
+from ..calibration.heard import a_row_on
 from ..residuals.mending import rms
 from ..rules import RULES
 
@@ -26,7 +27,7 @@ def followed(problem: Calibrating, values: dict[str, float]) -> dict[str, tuple[
             measured = problem.runs[i].signals[name]
             both = good[:-1] & good[1:]
             here.append(e[:-1][both])
-            later.append((measured[:-1] - (measured - e)[1:])[both])
+            later.append(a_row_on(measured, e)[both])
         noise, now, then = problem.floor(name, parts), rms(here), rms(later)
         jumps = [rms([np.diff(e) for e in one]) ** 2 - 2.0 * noise**2 for one in (here, later)]
         if now > RULES.search.clean * noise and then < now and jumps[1] < 0.5 * jumps[0]:

@@ -212,10 +212,10 @@ def _as_much(found: Search, work: Work, near: Extending) -> bool:
 def _fitted_base(asked: Asked, work: Work, starts: int, seed: int) -> tuple[Work, Extending, np.ndarray]:
     """The heads of the runs with what the rig sets free fitted to them, where what was read before the step that computes it is compared behind that."""
     near = heads(work)
-    if names := heard(near, {n.name: n.start for n in near.numbers}):
-        asked.notes += sentences(names, near)
+    if links := heard(near, {n.name: n.start for n in near.numbers}):
+        asked.notes += sentences(links)
         near.played.close()
-        near = heads(work := work.hearing(names))
+        near = heads(work := work.hearing(links))
     assert isinstance(near.played, Extended)
     places, told_of_base = _base(work, near, near.played, starts, seed)
     asked.notes += told_of_base
@@ -480,7 +480,7 @@ def _base(work: Work, near: Extending, played: Extended, starts: int, seed: int)
     ends = fit(near, origin, starts if len(origin) else 1, seed, here, lambda what, share: None)
     places = reached(near, ends, "named").places
     if wrong := told.misread(near, {n.name: n.start for n in near.numbers}, near.values(places)):
-        raise DataError(f"{near.runs[0].log}: {next(iter(wrong.values()))}.")
+        raise DataError(f"{near.runs[0].log}: {wrong[0]}.")
     return places, notes
 
 

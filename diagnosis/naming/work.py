@@ -10,6 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
+from selflock.master.wiring import Link
+
 from ..calibration.fit import spreads
 from ..calibration.heard import as_measured
 from ..calibration.numbers import Number, label
@@ -58,9 +60,9 @@ class Work:
         self.opened.callback(played.close)
         return played
 
-    def hearing(self, names: Iterable[str]) -> Work:
+    def hearing(self, links: dict[str, Link]) -> Work:
         """The same where these inputs are given what was measured of what gives them (calibration.heard)."""
-        runs = as_measured(self.runs, {name: self.parts.links[name] for name in names})
+        runs = as_measured(self.runs, links)
         return replace(self, runs=runs, played=self.played_on(self.parts, runs, self.numbers))
 
     def read_early(self, names: Iterable[str]) -> None:

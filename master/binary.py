@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import itertools
 import logging
+import os
 import re
 import shutil
 import tempfile
@@ -197,9 +198,13 @@ def _check_script(folder: Path, path: Path) -> None:
             raise DescriptionError(f"{path}: resources/slavemodule.txt names no script beside it: {name[:60]!r}. Build it again.")
 
 
-@cache
 def root() -> Path:
-    """The folder under which FMUs are unpacked in this process."""
+    """The folder under which FMUs are unpacked in this process; one that was forked has its own, or two would unpack an FMU in one place."""
+    return _root(os.getpid())
+
+
+@cache
+def _root(process: int) -> Path:
     base = tempfile.gettempdir()
     plain = base.isascii() and not set(base) & set(" #%()[]+")
     return temporary.folder(base=base if plain else "/tmp")

@@ -2,7 +2,9 @@
 
 import math
 import subprocess
+import tempfile
 import zipfile
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,7 @@ import pytest
 
 from selflock import master
 from selflock.fmus.units import of
+from selflock.master import binary
 from selflock.master.fmu import FmuPart
 
 
@@ -266,3 +269,20 @@ def test_a_missing_system_library_is_named(native, tmp_path, refused):
 def test_a_binary_that_is_none_is_told(native, tmp_path, refused):
     path = changed(native("ball"), tmp_path / "b.fmu", lambda name, content: (name, b"no" if name.endswith(".so") else content))
     refused(lambda: FmuPart("b", path), "cannot be loaded", "b.fmu")
+
+
+def test_processes_that_were_forked_unpack_side_by_side(tmp_path):
+    """The study forks while FMUs are open: two of its processes unpacked the next one into one folder, and each found half of it."""
+    binary.root()
+    context = get_context("fork")
+    answers = context.SimpleQueue()
+
+    def unpacked():
+        tempfile.tempdir = str(tmp_path)  # else it stays behind
+        answers.put(binary.root())
+
+    for process in (processes := [context.Process(target=unpacked) for _ in range(2)]):
+        process.start()
+    for process in processes:
+        process.join()
+    assert len({binary.root(), answers.get(), answers.get()}) == 3

@@ -24,9 +24,10 @@ from .played import Played
 def heard(problem: Calibrating, values: dict[str, float]) -> dict[str, Link]:
     """Such inputs, with what is connected to them.
 
-    Told by the noise of an output of their component, from row to row: where a component heard what was measured most of it goes, and where it did not the
-    sensor's comes in. What goes must be noise by fourth differences, too: in a loop whose numbers are off, a house with a thermostat,
-    half of what changed from row to row was what the loop did. An output may have been read in the row of what it follows (naming.rows).
+    Told by the noise of an output of their component, from row to row: where a component heard what was measured most of it goes,
+    and where it did not the sensor's comes in. What goes must be noise by fourth differences, too: in a loop whose numbers are off,
+    a house with a thermostat, half of what changed from row to row was what the loop did. An output may have been read in the row
+    of what it follows (naming.rows).
     """
     parts, played = problem.played.parts, problem.played
     fed = {feed.target for feed in played.group.feeds}

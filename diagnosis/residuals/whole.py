@@ -251,7 +251,7 @@ def begin(values: dict, ch: Channels, row: int = 0) -> tuple[np.ndarray, float]:
     pr, pl = drive.law("reducer", values, ch), drive.law("load", values, ch)
     stiffness, damping, _ = carried_in(values, ch)
     pr = pr._replace(shaft_stiffness=stiffness, shaft_damping=damping)
-    angle, speed = _as_measured(row, values, ch)
+    angle, turning, speed = _as_measured(row, values, ch)
     if driven.of(ch) == driven.ANGLE and not ch.has("load.angle"):  # counted from anywhere
         angle += zero(values, ch)
     at_motor, half, wound = not ch.has("load.angle") and ch.has("reducer.input_angle"), 0.5 * pr.backlash, np.empty(1)
@@ -259,10 +259,10 @@ def begin(values: dict, ch: Channels, row: int = 0) -> tuple[np.ndarray, float]:
     ch.setting.kernels.load_torque(pl, at, np.full(3, speed), np.zeros(3), torque)
     if at_motor and torque[0] < 0.0 < torque[2]:  # it hangs between the flanks
         load = angle - half * (torque[0] + torque[2]) / (torque[2] - torque[0])
-        return np.array([angle * pr.gear_ratio, speed * pr.gear_ratio, load, speed]), 0.0
+        return np.array([angle * pr.gear_ratio, turning * pr.gear_ratio, load, speed]), 0.0
     ch.setting.kernels.windup(pr, np.array([angle * pr.gear_ratio]), torque[1:2], wound)
     motor = angle if at_motor else angle + wound[0]
-    return np.array([motor * pr.gear_ratio, speed * pr.gear_ratio, motor - wound[0], speed]), float(torque[1])
+    return np.array([motor * pr.gear_ratio, turning * pr.gear_ratio, motor - wound[0], speed]), float(torque[1])
 
 
 def begins(values: dict, ch: Channels, here: Grid) -> tuple[np.ndarray, np.ndarray]:
@@ -300,10 +300,11 @@ def _anew(ch: Channels) -> np.ndarray:
     return ch.memory["anew"]
 
 
-def _as_measured(row: int, values: dict, ch: Channels) -> tuple[float, float]:
-    """Angle and speed of the load at the first row of a run, or behind a gap: of straight lines through the rows after it alone.
+def _as_measured(row: int, values: dict, ch: Channels) -> tuple[float, float, float]:
+    """Angle of the load, and speed of the motor at it and of the load, at the first row of a run, or behind a gap.
 
-    An average about that row would have rows from before it, as if the shaft had stood there.
+    Of straight lines through the rows after it alone: an average about that row would have rows from before it, as if the shaft had
+    stood there. Where both speeds are measured each shaft has its own: a load swings behind a gear that holds.
     """
     gears = ch.setting.value("reducer.gear_ratio", values)
     known = ch.memory.setdefault("as measured", {})
@@ -324,13 +325,11 @@ def _as_measured(row: int, values: dict, ch: Channels) -> tuple[float, float]:
     else:
         angle, rate = line(drive.both({}, ch)[1].angle)
     first, second = drive.both({}, ch)
-    still = second.still
-    if ch.has("load.speed"):
-        rate = line(ch.raw("load.speed"))[0]
-    elif ch.has("reducer.input_speed"):
-        rate, still = line(ch.raw("reducer.input_speed"))[0] / gears, first.still / gears
-    rate = rate if abs(rate) > still else 0.0  # a shaft at rest begins at rest, whatever noise its speed has
-    known[row, gears] = float(angle), float(rate)
+    shafts = ("reducer.input_speed", gears, first), ("load.speed", 1.0, second)
+    rates = [(line(ch.raw(name))[0] / by, shaft.still / by) for name, by, shaft in shafts if ch.has(name)] or [(rate, second.still)]
+    # a shaft at rest begins at rest, whatever noise its speed has
+    motor, load = (float(rate) if abs(rate) > still else 0.0 for rate, still in (rates[0], rates[-1]))
+    known[row, gears] = float(angle), motor, load
     return known[row, gears]
 
 

@@ -257,17 +257,51 @@ def test_behind_a_gap_the_drive_is_put_where_it_was_measured(seed, tmp_path):
     assert abs(np.diff(simulated["angle"])[behind:]).max() < 0.01 * travel  # and goes on from there
 
 
-def of_motor_alone(ratio, given, at):
-    """A drive at rest where it is asked to be, of which the motor's shaft alone is measured: at `at`, rad."""
-    columns = tuple(LogColumn(n, n) for n in ("controller.angle_setpoint", "motor.voltage", "reducer.input_angle"))
-    given = DRIVE | {"reducer.gear_ratio": ratio, "controller.angle_gain": 1.0} | given
+def as_measured(given, channels):
+    """Channels of a run of 100 rows, 10 ms apart, that a drive with these parameters was measured in; a motor's loop."""
+    columns = tuple(LogColumn(n, n) for n in channels)
     time = LogColumn("time", "time")
-    rig = Rig(Path("rig.toml"), "bot", "forward", columns, given, time=time, loop="motor", simulate=whole.WHOLE)
-    rows = [np.full(100, x) for x in (at / ratio, 0.0, at)]
-    run = MeasuredRun("log.csv", "", np.arange(100), 0.01 * np.arange(100), {c.column: x for c, x in zip(columns, rows)})
+    rig = Rig(
+        Path("rig.toml"),
+        "bot",
+        "forward",
+        columns,
+        DRIVE | {"controller.angle_gain": 1.0} | given,
+        time=time,
+        loop="motor",
+        simulate=whole.WHOLE,
+    )
+    rows = {name: np.broadcast_to(x, 100).copy() for name, x in channels.items()}
+    run = MeasuredRun("log.csv", "", np.arange(100), 0.01 * np.arange(100), rows)
     check([run], rig)
     (ch,) = DriveExperiment(rig, [run]).channels.values()
     return ch
+
+
+def of_motor_alone(ratio, given, at):
+    """A drive at rest where it is asked to be, of which the motor's shaft alone is measured: at `at`, rad."""
+    given = {"reducer.gear_ratio": ratio} | given
+    return as_measured(given, {"controller.angle_setpoint": at / ratio, "motor.voltage": 0.0, "reducer.input_angle": at})
+
+
+@pytest.mark.parametrize("holds", [True, False])
+def test_each_shaft_begins_with_its_own_speed_where_both_are_measured(rng, holds):
+    """A load that swings behind a gear that holds: begun with the load's speed its motor turned away, and was elsewhere for good."""
+    ratio, at, speed = 50.0, rng.uniform(-1.0, 1.0), rng.choice([-1.0, 1.0]) * rng.uniform(0.05, 0.5)
+    time = 0.01 * np.arange(100)
+    swings = speed * np.exp(-time / 0.3) * np.cos(time / 0.1)
+    turns = np.zeros(100) if holds else rng.uniform(0.3, 0.9) * ratio * swings
+    channels = {
+        "controller.angle_setpoint": at,
+        "motor.voltage": 0.0,
+        "reducer.input_speed": turns,
+        "load.speed": swings,
+        "load.angle": at,
+    }
+    ch = as_measured({"reducer.gear_ratio": ratio}, channels)
+    _, motor, _, load = whole.begin({}, ch)[0]
+    assert load == pytest.approx(speed, rel=0.2)
+    assert motor == pytest.approx(load * turns[0] / swings[0], rel=1e-9)
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])

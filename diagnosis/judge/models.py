@@ -28,33 +28,46 @@ class OpenModel:
 
 
 def models(outcome: Selection, doubted: list[bool]) -> list[OpenModel]:
-    """The answer first, then what does as well; where there is no answer what came nearest, and nothing at all.
+    """The answer first, then what does as well.
 
     doubted: of each cause whether it is weak; the same answer without such a one is a model, too.
     """
     problem, final = outcome.problem, outcome.final.values
-    if not outcome.causes:
-        contest = outcome.stages[-1] if outcome.stages else None
-        fitted = [c for c in contest.candidates if c.fit is not None] if contest else []
-        close = sorted(fitted, key=lambda c: c.errors.mean())[: RULES.judge.open_models]
-        if not close:
-            return []
-        return [_model(problem, c.hypothesis.label, c.fitted.values, [c]) for c in close] + [_model(problem, PLAIN, final, [])]
-    answer = " and ".join(c.hypothesis.label for c in outcome.causes)
-    found = [_model(problem, answer, final, outcome.causes)]
+    found = [_model(problem, _label(outcome.causes), final, outcome.causes)]
     for candidate, stage, weak in zip(outcome.causes, outcome.kept, doubted):
         others = [c for c in outcome.causes if c is not candidate]
         mine = {p.name for p in candidate.free}
         rest = {name: value for name, value in final.items() if name not in mine}
-        beside = [c.hypothesis.label for c in others]
         alone = weak and not stage.tied
         likeliest = shares(candidate, stage, outcome.searched)[1:2] if alone else []
         for rival in stage.tied or [rival for rival, _ in likeliest]:
             own = {p.name: rival.fitted.values[p.name] for p in rival.free}
-            found.append(_model(problem, " and ".join([rival.hypothesis.label, *beside]), rest | own, [rival, *others]))
+            found.append(_model(problem, _label([rival, *others]), rest | own, [rival, *others]))
         if alone:
-            found.append(_model(problem, " and ".join(beside) or PLAIN, rest, others))
+            found.append(_model(problem, _label(others), rest, others))
     return found
+
+
+def nearest(outcome: Selection, searched: list[Candidate], best: Selection | None) -> list[OpenModel]:
+    """Where there is no answer what came nearest, and nothing at all; none where nothing was fitted.
+
+    searched: the causes with which the search ended: its last round stood beside them. best: the model that is told beside the answer.
+    """
+    problem = outcome.problem
+    contest = outcome.stages[-1] if outcome.stages else None
+    fitted = [c for c in contest.candidates if c.fit is not None] if contest else []
+    found = {_label(best.causes): _model(problem, _label(best.causes), best.final.values, best.causes)} if best else {}
+    for candidate in sorted(fitted, key=lambda c: c.errors.mean()):
+        # what it was exchanged for is not in its fit
+        beside = [c for c in searched if all(p.name in candidate.fitted.values for p in c.free)]
+        others = [c for c in beside if not c.hypothesis.same_cause(candidate.hypothesis)]  # else it is more numbers of that one
+        label = _label([*others, candidate])
+        found.setdefault(label, _model(problem, label, candidate.fitted.values, [*beside, candidate]))
+    return [*list(found.values())[: RULES.judge.open_models], _model(problem, PLAIN, outcome.final.values, [])] if found else []
+
+
+def _label(causes: list[Candidate]) -> str:
+    return " and ".join(c.hypothesis.label for c in causes) or PLAIN
 
 
 def _model(problem: Problem, label: str, values: dict[str, float], causes: list[Candidate]) -> OpenModel:

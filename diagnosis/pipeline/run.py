@@ -22,7 +22,7 @@ from ..data.signals import VOLTAGES
 from ..errors import DataError
 from ..judge.gain import blame, comparisons
 from ..judge.hunting import as_widely, hunts
-from ..judge.models import models
+from ..judge.models import models, nearest
 from ..judge.recorded import recorded
 from ..judge.result import Best, Diagnosis
 from ..judge.rivals import rivals
@@ -232,7 +232,10 @@ def _diagnosed(
     if search and answer == "unknown" and (closest := beside.closest(found)):
         extended, doubt = closest
         result.best = Best(named(extended.outcome), extended.gain, doubt)
-    result.models = models(found.outcome, [bool(cause.weak) for cause in causes])
+    if found.outcome.causes:
+        result.models = models(found.outcome, [bool(cause.weak) for cause in causes])
+    else:
+        result.models = nearest(found.outcome, outcome.causes, extended.outcome if extended is not found else None)
     mending = replace(found.mending, experiment=experiment)  # told of all samples, whatever a finer step was told of
     _let_go(experiment, outcome)
     result.comparisons = comparisons(mending, found.gain)

@@ -326,7 +326,9 @@ def _as_measured(row: int, values: dict, ch: Channels) -> tuple[float, float, fl
         angle, rate = line(drive.both({}, ch)[1].angle)
     first, second = drive.both({}, ch)
     shafts = ("reducer.input_speed", gears, first), ("load.speed", 1.0, second)
-    rates = [(line(ch.raw(name))[0] / by, shaft.still / by) for name, by, shaft in shafts if ch.has(name)] or [(rate, second.still)]
+    rates = [(line(ch.raw(name))[0] / by, shaft.still / by) for name, by, shaft in shafts if ch.has(name)] or [
+        (rate, second.still)
+    ]
     # a shaft at rest begins at rest, whatever noise its speed has
     motor, load = (float(rate) if abs(rate) > still else 0.0 for rate, still in (rates[0], rates[-1]))
     known[row, gears] = float(angle), motor, load

@@ -106,6 +106,7 @@ class Played:
         self.systems: list[System] = [parts.played(self.group, run, self.outputs) for run in runs]
         self.recorded = {name: name for name in self.outputs}  # what stands for an output in the table of results
         self.early: frozenset[str] = frozenset()  # outputs that were read before the step that computes them
+        self.late: dict[str, float] = {}  # s by which an output was read later than its rows say
         self.base = [parts.given(self.group, run) for run in runs]
         import_module("selflock.master.convoy")  # once loaded, it steps short runs too: there will be many
         self.reusable = True  # FMUs can be reset
@@ -246,7 +247,7 @@ class Played:
 
     def times(self, i: int, name: str) -> np.ndarray:
         """The times of run i at which an output is compared: what was read before the step that computes it, at the end of that."""
-        time = self.runs[i].time - self.runs[i].time[0]
+        time = self.runs[i].time - self.runs[i].time[0] + self.late.get(name, 0.0)
         return time + self.systems[i].run.step if name in self.early else time
 
     def errors(self, settings: Sequence[Settings], which: Sequence[int]) -> dict[str, list[np.ndarray]] | None:
@@ -264,15 +265,14 @@ class Played:
         """Which samples of an output count.
 
         The first row of a run is before any step. What is no start value there, an FMU that computes in its steps has not
-        computed yet: it says nothing of the model. Nor does what was read before a step behind the last row.
+        computed yet: it says nothing of the model. Nor does what was read before the first step, or behind the last.
         """
         found = [self.runs[i].usable(name) & np.isfinite(self.runs[i].signals[name]) for i in which]
-        if name in self.early:
-            for i, good in zip(which, found):
-                good &= self.times(i, name) <= self.systems[i].run.stop * (1.0 + 1e-9)
-        elif self.parts.variables[name].initial not in ("exact", "approx"):
-            for good in found:
-                good[0] = False
+        begins = name in self.early or self.parts.variables[name].initial in ("exact", "approx")
+        for i, good in zip(which, found):
+            times = self.times(i, name)
+            good &= (times >= 0.0) & (times <= self.systems[i].run.stop * (1.0 + 1e-9))
+            good[0] &= begins
         return found
 
     def spread(self, name: str) -> float:

@@ -122,4 +122,6 @@ class CompiledCorrection(Part):
         return self.block.copy()
 
     def restore(self, state: np.ndarray) -> None:
+        given = self.u.copy()
         self.block[:] = state
+        self.u[:] = given  # as of any part: what it is given is no state of it, and a loop puts a trial value there before

@@ -39,7 +39,7 @@ from .order import as_good, beside, curves_beside, names_of
 from .outcome import Naming
 from .page import write
 from .round import Round
-from .rows import followed
+from .rows import followed, read_late, told_early, told_late
 from .sampled import sampled
 from .shape import one_shape
 from .steps import Model, around, fine_enough, in_own_steps, in_vanishing, released, widened
@@ -148,7 +148,7 @@ def _searched(work: Work, tell: Callable, starts: int, seed: int, kinds: Sequenc
     notes = _trust(work)
     asked = Asked(tell, np.random.default_rng(seed), kinds, enough, _as_given(work), notes)
     try:
-        found = _causes(asked, work, starts, seed)
+        found = _rows_instead(asked, _causes(asked, work, starts, seed))
     except KeyboardInterrupt:
         if not enough.ends():
             raise
@@ -196,6 +196,21 @@ def _causes(asked: Asked, work: Work, starts: int, seed: int) -> Search:
     return _better(other, found) if all_finer else _better(found, other)
 
 
+def _rows_instead(asked: Asked, found: Search) -> Search:
+    """A search beside rows that were read late or early, where that alone leaves no more than all that was found: it is no cause.
+
+    A current that was read a tenth of its row late leads what is simulated, as one that goes with the rate of its voltage.
+    """
+    if asked.enough() or asked.base is None or (read := read_late(found)) is None:
+        return found
+    work, base = read
+    asked.notes += told_late(work.played.late, found.base, base)
+    near = heads(work)
+    near.fixed = asked.base[1].fixed
+    asked.base = work, near, np.array([np.clip(n.place(base.values[n.name]), 0.0, 1.0) for n in near.free])
+    return _rounds(asked, *asked.base)
+
+
 def _as_much(found: Search, work: Work, near: Extending) -> bool:
     """Whether one curve leaves no more than noise, and in other steps no less: what could have a name there is none of these steps.
 
@@ -225,11 +240,7 @@ def _fitted_base(asked: Asked, work: Work, starts: int, seed: int) -> tuple[Work
         near = heads(work)
         assert isinstance(near.played, Extended)
         places, _ = _base(work, near, near.played, starts, seed)
-        asked.notes += [
-            f"{name} was read in the row of an input that it follows at once: it is compared with what the model computes in "
-            f"the next step ({now:.3g} -> {then:.3g})"
-            for name, (now, then) in told.items()
-        ]
+        asked.notes += told_early(told)
     if later(work, near, near.values(places)):
         near.played.close()
         longer = heads(work, RULES.naming.glance_longer)

@@ -56,7 +56,8 @@ class Work:
         """A system of one's own on these runs. logged: as they were recorded, where that is something else."""
         played = Extended(self.rig, parts, runs, numbers)
         played.effort, played.reusable = self.played.effort, self.played.reusable  # of all together
-        played.rounded, played.logged, played.early = self.rounded, logged or runs, self.played.early
+        played.rounded, played.logged = self.rounded, logged or runs
+        played.early, played.late = self.played.early, self.played.late
         self.opened.callback(played.close)
         return played
 
@@ -69,6 +70,13 @@ class Work:
         """From now on these outputs are compared a step later (rows.followed)."""
         self.played.early = frozenset(names)
         self.played.forget()
+
+    def read_late(self, late: dict[str, float]) -> Work:
+        """The same where outputs were read so much later than their rows say, s (rows.read_late)."""
+        found = replace(self, played=self.played_on(self.parts, self.runs, self.numbers))
+        found.played.late = late
+        found.played.extend(self.inserts)
+        return found
 
     @property
     def which(self) -> list[int]:

@@ -54,6 +54,11 @@ class NamingRules:
         "points of a free curve, straight between them, at most",
         "theory: of three waves over the variable's range straight lines between them leave less than half a percent",
     )
+    read_again: int = rule(
+        4,
+        "times that when outputs were read and the model's numbers are fitted in turn",
+        "theory: each time a part of what is left",
+    )
     goes_beyond: float = rule(
         0.02,
         "share of what judges that lies beyond a curve's points from which on that is told",

@@ -143,6 +143,21 @@ def test_the_compiled_part_and_the_slave_are_the_law(kind, rng):
     assert np.array(found) == pytest.approx(np.stack([plain, plain], 1), rel=1e-12, abs=1e-12)
 
 
+def test_a_state_that_is_restored_keeps_what_the_part_is_given(rng):
+    """A loop nudges what a part is given, and restores the part: with what it was given before nothing was nudged."""
+    part = CompiledCorrection("one", "proportional")
+    part.bind(["signal", "x"], ["corrected"])
+    part.set("a", 2.0)
+    part.u[:] = rng.uniform(-1.0, 1.0, 2)
+    part.cycle(0.0, STEP)
+    state, (signal, x) = part.save(), rng.uniform(-1.0, 1.0, 2)
+    part.u[:] = signal, x
+    part.restore(state)
+    assert list(part.u) == [signal, x]
+    part.cycle(STEP, STEP)
+    assert part.y[0] == pytest.approx(signal + 2.0 * x)
+
+
 @pytest.mark.slow
 def test_the_fmu_is_valid_and_refuses_a_table_that_falls(tmp_path):
     from fmpy.validation import validate_fmu

@@ -26,4 +26,6 @@ def answer(
     runs, faults, held = gather(rig, logs, test)
     sanity = box(rig, runs)
     sanity.refuse(rig, anyway)
+    if rig.effects is not None:  # which takes longer than reading did, where a file has changed
+        tell("the rig's effects, compiled with ours", 0.0)
     return diagnose_runs(rig, runs, faults, held, out, tell, seed, sanity=sanity, kept=kept, search=search)

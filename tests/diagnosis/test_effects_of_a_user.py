@@ -18,7 +18,7 @@ SEED = 2
 
 @pytest.fixture(scope="module")
 def diagnosed(tmp_path_factory):
-    """The case, what is answered, and the folder that it was written to."""
+    """The case, what is answered, the folder that it was written to, and what was told meanwhile."""
     folder = tmp_path_factory.mktemp("tooth")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(bench, "DRAWS", OF_A_USER)
@@ -27,13 +27,16 @@ def diagnosed(tmp_path_factory):
     (folder / "my_laws").mkdir()
     (folder / "my_laws" / "tooth.py").write_text(ELSEWHERE)
     rig.write_text(rig.read_text().replace("[rig]", '[rig]\neffects = "my_laws"', 1))
-    result = diagnose(rig, [train], test=[test], out=folder / "out", seed=SEED, allow_code=True)
+    told = []
+    tell = lambda what, share: told.append(what)
+    result = diagnose(rig, [train], test=[test], out=folder / "out", seed=SEED, progress=tell, allow_code=True)
     shutil.rmtree(folder / "my_laws")
-    return case, result, folder / "out"
+    return case, result, folder / "out", told
 
 
 def test_it_is_named_where_it_is_and_closes_the_error(diagnosed):
-    case, result, _ = diagnosed
+    case, result, _, told = diagnosed
+    assert told[:2] == ["reading", "the rig's effects, compiled with ours"]
     assert score.answers(score.plain(result)) == ["reducer.tooth"], result.summary()
     assert result.gain.after < 0.5 * result.gain.before
     numbers = {name: row["value"] for name, row in score.plain(result)["causes"][0]["parameters"].items()}
@@ -43,7 +46,7 @@ def test_it_is_named_where_it_is_and_closes_the_error(diagnosed):
 
 
 def test_report_and_fmu_have_it_and_the_fmu_runs_without_its_folder(diagnosed):
-    _, result, out = diagnosed
+    _, result, out, _ = diagnosed
     assert "exp(-((angle - place) / width)^2)" in (out / "report.html").read_text()
     assert result.extension["fmu"] == pytest.approx(result.extension["promised"], rel=1e-6)
     numbers = score.plain(result)["causes"][0]["parameters"]

@@ -92,7 +92,7 @@ class Manoeuvre(Part):
     tells_ahead = True
 
     def __init__(self, name: str, path: Path):
-        self._courses, units = read_file(path)
+        self._courses, units = read_file(path, name)
         self._of: dict[str, tuple[Setpoint, int]] = {column: (course, 0) for column, course in self._courses.items()}
         described = [Variable(c, units[c], causality="output", depends_on=()) for c in self._courses]
         for column in self._courses:
@@ -151,9 +151,9 @@ class Manoeuvre(Part):
         self._time = state
 
 
-def read_file(path: Path) -> tuple[dict[str, Setpoint], dict[str, str]]:
+def read_file(path: Path, component: str) -> tuple[dict[str, Setpoint], dict[str, str]]:
     """Courses and units by name. Raises DescriptionError, ResultError."""
-    courses, units = _turns(path) if path.suffix.lower() == ".toml" else _table(path)
+    courses, units = _turns(path) if path.suffix.lower() == ".toml" else _table(path, component)
     for name in courses:
         if not name.isidentifier():
             raise DescriptionError(f"{path}: {name!r} is no name of a variable; write it with letters, digits and _ only.")
@@ -167,11 +167,15 @@ def read_file(path: Path) -> tuple[dict[str, Setpoint], dict[str, str]]:
     return courses, units
 
 
-def _table(path: Path) -> tuple[dict[str, Setpoint], dict[str, str]]:
-    """Of a .csv or .parquet file."""
+def _table(path: Path, component: str) -> tuple[dict[str, Setpoint], dict[str, str]]:
+    """Of a .csv or .parquet file; its columns may be called as a result has them, component.name: so a planned run's are."""
     frame, units = read(path, whole=True)
-    units = {name.strip(): unit for name, unit in units.items()}
-    frame = frame.rename(columns=str.strip)
+    called = {name: name.strip() for name in frame}
+    for name, told in called.items():
+        if (own := told.removeprefix(f"{component}.")) not in called.values():
+            called[name] = own
+    units = {called[name]: unit for name, unit in units.items()}
+    frame = frame.rename(columns=called)
     if "time" not in frame or not len(frame):
         raise DescriptionError(f"{path}: a column `time` in s, columns of set-points, and rows are wanted here.")
     numbers, zeros = {}, [0.0] * len(frame)

@@ -41,6 +41,16 @@ def at(made, time):
     return dict(zip(made.variables, made.y))
 
 
+def test_columns_may_be_called_as_a_result_has_them(tmp_path):
+    """So a planned run is given back to the simulation that it was planned for; another component's column is none of its own."""
+    made = part(tmp_path, "moves.csv", "time [s],m.angle [deg],m.angle_speed [deg/s]\n0,0,0\n2,90,0\n")
+    assert at(made, 1.0) == {"angle": 45.0, "angle_speed": 0.0}
+    with pytest.raises(master.DescriptionError, match="'m.angle' is no name"):
+        part(tmp_path, "both.csv", "time,angle [deg],m.angle [deg]\n0,0,0\n")
+    with pytest.raises(master.DescriptionError, match="'other.angle' is no name"):
+        part(tmp_path, "other.csv", "time,other.angle [deg]\n0,0\n")
+
+
 @pytest.mark.parametrize("name", FILES)
 def test_the_studys_manoeuvre_is_written_by_anybody(name, tmp_path):
     made = part(tmp_path, name, FILES[name])

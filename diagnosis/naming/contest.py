@@ -34,6 +34,7 @@ from .looks import Looks, Tell
 from .near import as_curve, beside_best, carried, finer, starts, told_over
 from .order import believe, curve_of, distinct, far, fits_best, leading, only_beside, ordered
 from .places import Place
+from .relatives import relatives
 from .round import Rivalled, Round
 from .rounding import between, stepped
 from .scene import Scene
@@ -318,7 +319,7 @@ class Contest:
         reached = [one for one in found if not one.rough]
         more: list[tuple[Guess, dict[str, float], Direction | None]] = []
         for one in reached:
-            more += [(guess, start, None) for guess, start in g.relatives(one.guess, one.values)]
+            more += [(guess, start, None) for guess, start in relatives(one.guess, one.values)]
         for one in [one for one in reached if one.guess.kind == g.EVENT][: RULES.naming.shifted]:
             more += [(one.guess, start, None) for start in g.shifted(one.guess, one.values)]
         for _ in range(RULES.naming.beside):  # what comes first then may be another, and is asked as well

@@ -271,31 +271,6 @@ def with_state(scene: Scene, place: Place, over: str, what: int) -> Iterator[Tri
             yield Trial(made("first order", *numbers, *starts), {f"{scene.prefix}.T": float(time)} | begun, (a,))
 
 
-def relatives(guess: Guess, at: dict[str, float]) -> Iterator[tuple[Guess, dict[str, float]]]:
-    """Laws of more numbers of the family of one that looks well, with where their fits start."""
-    if guess.law not in ("Coulomb", "Dahl") or len(guess.inserts) > 1:
-        return
-    prefix = guess.inserts[0].name
-    w = next(n for n in guess.numbers if n.name.endswith(".w"))
-    if guess.law == "Coulomb":  # what fits it fits no worse with nothing more of it near 0
-        a = next(n for n in guess.numbers if n.name.endswith(".a"))
-        b, v = (replace(like, name=f"{prefix}.{word}", variable=f"{prefix}.{word}") for like, word in ((a, "b"), (w, "v")))
-        one = replace(guess.inserts[0], law="Stribeck")
-        made = Guess(LAW, "Stribeck", words("Stribeck", one), (one,), (*guess.numbers, b, v))
-        wide = at[w.name]
-        while wide < v.high:
-            wide = float(np.clip(RULES.naming.dying * wide, v.low, v.high))
-            yield made, at | {b.name: 0.0, v.name: wide}
-        return
-    for name, more in (
-        ("LuGre", (number(f"{prefix}.b", 0.5, 0.0, 5.0), number(f"{prefix}.v", w.high, 1e-3 * w.high, 10.0 * w.high))),
-        ("Bouc-Wen", (number(f"{prefix}.b", 0.5, -1.0, 1.0), number(f"{prefix}.n", 1.5, 1.0, 6.0))),
-    ):
-        one = replace(guess.inserts[0], law=name)
-        made = Guess(LAW, name, words(name, one), (one,), (*guess.numbers, *more))
-        yield made, at | {n.name: n.start for n in more}
-
-
 def sines(scene: Scene, place: Place, over: str, what: int, multiplies: bool) -> Iterator[Trial]:
     """A sine of what is an angle: of its unit, rad."""
     if what != law.VALUE or over not in scene.parts.variables or scene.parts.variables[over].unit != "rad":

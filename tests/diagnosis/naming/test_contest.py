@@ -17,9 +17,10 @@ from selflock.diagnosis.naming.asked import confirmed
 from selflock.diagnosis.naming.bent import bent
 from selflock.diagnosis.naming.chosen import fewest_first
 from selflock.diagnosis.naming.contest import Contest
-from selflock.diagnosis.naming.guesses import CURVE, DERIVED, EVENT, LAW, PARAMETER, Guess, relatives
+from selflock.diagnosis.naming.guesses import CURVE, DERIVED, EVENT, FAR, LAW, PARAMETER, PATH, Guess
 from selflock.diagnosis.naming.order import nearest
 from selflock.diagnosis.naming.places import IN, Insert, Place
+from selflock.diagnosis.naming.relatives import relatives
 from selflock.diagnosis.naming.round import Round
 from selflock.diagnosis.naming.run import Search, _needed
 from selflock.diagnosis.naming.whole import Whole
@@ -196,6 +197,18 @@ def test_stribeck_is_fitted_from_the_coulomb_law_that_fits():
     begun = [0.08, *(at["c.v"] for _, at in made)]  # whose width, where it turns round in a step, says little of the other
     assert all(1.0 < b / a < 3.2 for a, b in zip(begun, begun[1:])) and begun[-1] == 5.0
     assert list(relatives(replace(coulomb, law="cubic"), {})) == []
+
+
+@pytest.mark.parametrize(("name", "end", "other"), [("limit", "high", ("low", -FAR)), ("limit below", "low", ("high", FAR))])
+def test_a_limit_of_a_signal_itself_is_asked_as_the_saturation_that_it_may_be(name, end, other):
+    """It leaves the same with a number more, and a look sees it where it does not see a saturation."""
+    a, l = Number("c.a", "c.a", 0.0, -3.0, 3.0), Number("c.l", "c.l", 0.2, -1.0, 2.0)
+    insert = Insert("c", Place(IN, "element.u"), name, over="element.u")
+    ((made, at),) = relatives(Guess(LAW, name, "", (insert,), (a, l)), {"c.a": -0.98, "c.l": 0.7, "base": 7.0})
+    assert (made.kind, made.law, made.count) == (PATH, f"saturation ({end})", 1) and at == {f"c.{end}": 0.7, "base": 7.0}
+    assert made.inserts[0].fixed == (other,) and (made.numbers[0].low, made.numbers[0].high) == (-1.0, 2.0)
+    for elsewhere in (replace(insert, over="wall.x"), replace(insert, multiplies=True), replace(insert, taken=1)):
+        assert not list(relatives(Guess(LAW, name, "", (elsewhere,), (a, l)), {"c.a": -0.98, "c.l": 0.7}))
 
 
 @pytest.mark.parametrize(("seen", "place"), [(-3.0, 0.0), (1e9, 1.0), (0.1, 0.5)])

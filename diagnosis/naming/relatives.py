@@ -49,11 +49,9 @@ def _saturation(guess: Guess, at: dict[str, float]) -> tuple[Guess, dict[str, fl
 
     It has a number less. A look may see the limit, whose slope is linear in what is left, and not the saturation.
     """
-    one, end = guess.inserts[0], ENDS[guess.law]
-    name = f"{one.name}.{end[0]}"
+    one, (end, other, far) = guess.inserts[0], ENDS[guess.law]
     brim = next(n for n in guess.numbers if n.name == f"{one.name}.l")
-    made, title = Insert(one.name, one.place, "saturation", fixed=((end[1], end[2]),)), f"saturation ({end[0]})"
-    rest = {n: value for n, value in at.items() if n not in {mine.name for mine in guess.numbers}}
-    return Guess(PATH, title, words(title, made), (made,), (replace(brim, name=name, variable=name),)), rest | {
-        name: at[brim.name]
-    }
+    bound = replace(brim, name=f"{one.name}.{end}", variable=f"{one.name}.{end}")
+    made, title = Insert(one.name, one.place, "saturation", fixed=((other, far),)), f"saturation ({end})"
+    rest = {name: value for name, value in at.items() if name not in {n.name for n in guess.numbers}}
+    return Guess(PATH, title, words(title, made), (made,), (bound,)), rest | {bound.name: at[brim.name]}

@@ -313,9 +313,8 @@ def paths(scene: Scene, place: Place) -> Iterator[Trial]:
         yield Trial(made("dead zone", number(w, 0.0, 0.0, size)), {w: float(share) * size})
     for quantile in rules.clipped:
         for end, at in (("high", float(np.quantile(s, quantile))), ("low", float(np.quantile(s, 1.0 - quantile)))):
-            name, other = f"{prefix}.{end}", {"high": ("low", -FAR), "low": ("high", FAR)}[end]
-            bound = number(name, high if end == "high" else low, low, high)
-            yield Trial(made("saturation", bound, title=f"saturation ({end})", **{other[0]: other[1]}), {name: at})
+            bound = number(f"{prefix}.{end}", high if end == "high" else low, low, high)
+            yield Trial(saturation(prefix, place, end, bound), {bound.name: at})
     rates = np.concatenate([abs(np.diff(x) / np.diff(t)) for x, t in zip(scene.series[place.variable], scene.series["time"])])
     fastest = float(rates.max())
     for share in np.geomspace(*rules.rates):
@@ -324,6 +323,13 @@ def paths(scene: Scene, place: Place) -> Iterator[Trial]:
     for step in _rounded_to(scene, place, size, spread):
         q = f"{prefix}.q"
         yield Trial(made("quantisation", number(q, 0.0, 0.0, 2.0 * spread)), {q: float(step)})
+
+
+def saturation(prefix: str, place: Place, end: str, bound: Number) -> Guess:
+    """A path whose signal ends there, at the "high" or the "low" end."""
+    title, other = f"saturation ({end})", {"high": ("low", -FAR), "low": ("high", FAR)}[end]
+    one = Insert(prefix, place, "saturation", fixed=(other,))
+    return Guess(PATH, title, words(title, one), (one,), (bound,))
 
 
 def _rounded_to(scene: Scene, place: Place, size: float, spread: float) -> np.ndarray:

@@ -8,11 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from ..rules import RULES
-from .guesses import FAR, LAW, PATH, Guess, number, words
-from .places import Insert
+from .guesses import LAW, Guess, number, saturation, words
 
-ENDS = {"limit": ("high", "low", -FAR), "limit below": ("low", "high", FAR)}
-"""Of a limit the end of a saturation that it is, the other one, and where that lies."""
+ENDS = {"limit": "high", "limit below": "low"}
+"""Of a limit the end of the saturation that it may be."""
 
 
 def relatives(guess: Guess, at: dict[str, float]) -> Iterator[tuple[Guess, dict[str, float]]]:
@@ -49,9 +48,8 @@ def _saturation(guess: Guess, at: dict[str, float]) -> tuple[Guess, dict[str, fl
 
     It has a number less. A look may see the limit, whose slope is linear in what is left, and not the saturation.
     """
-    one, (end, other, far) = guess.inserts[0], ENDS[guess.law]
+    one, end = guess.inserts[0], ENDS[guess.law]
     brim = next(n for n in guess.numbers if n.name == f"{one.name}.l")
     bound = replace(brim, name=f"{one.name}.{end}", variable=f"{one.name}.{end}")
-    made, title = Insert(one.name, one.place, "saturation", fixed=((other, far),)), f"saturation ({end})"
     rest = {name: value for name, value in at.items() if name not in {n.name for n in guess.numbers}}
-    return Guess(PATH, title, words(title, made), (made,), (bound,)), rest | {bound.name: at[brim.name]}
+    return saturation(one.name, one.place, end, bound), rest | {bound.name: at[brim.name]}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -57,7 +58,6 @@ def read_late(found: Search) -> Model | None:
     """The base as it is where outputs were read late or early; None where that leaves more than all that was found, or as much as before."""
     if not found.named and found.leaves_noise():
         return None
-    found.work.played.extend(())
     work, base = _read_late(found.begins, found.base)
     kind = next((one.winner.guess.kind for one in found.named if one.winner), "")
     if not helps(base, found.base) or leaves_less((found.work, found.best), (work, base), kind):
@@ -71,11 +71,13 @@ def _read_late(work: Work, whole: Whole) -> Model:
     A recorder reads while its row passes, and stamps what it has with the row's time. What a model follows is no other for that, so
     that the times are fitted to a run that is simulated once, and the model's numbers to them, in turn.
     """
+    work = replace(work, played=work.played_on(work.parts, work.runs, work.numbers))
+    work.played.extend(work.inserts)
     for _ in range(RULES.naming.read_again):
         settings = whole.problem.settings(whole.values)
         runs = {i: work.played.steps(settings, i) for i in work.which}
         outputs = {i: run[0] for i, run in runs.items() if run is not None}
-        work = work.read_late({name: by for name in work.played.outputs if (by := _late(work, name, outputs))})
+        work.read_late({name: by for name in work.played.outputs if (by := _late(work, name, outputs))})
         whole = fitted(work, whole.values, whole.problem.fixed)
     return work, whole
 

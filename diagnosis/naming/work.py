@@ -71,12 +71,10 @@ class Work:
         self.played.early = frozenset(names)
         self.played.forget()
 
-    def read_late(self, late: dict[str, float]) -> Work:
-        """The same where outputs were read so much later than their rows say, s (rows.read_late)."""
-        found = replace(self, played=self.played_on(self.parts, self.runs, self.numbers))
-        found.played.late = late
-        found.played.extend(self.inserts)
-        return found
+    def read_late(self, late: dict[str, float]) -> None:
+        """From now on outputs are compared so much later than their rows say, s (rows.read_late)."""
+        self.played.late = late
+        self.played.forget()
 
     @property
     def which(self) -> list[int]:

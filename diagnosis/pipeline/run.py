@@ -36,6 +36,7 @@ from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.mending import Mending
 from ..residuals.whole import PARTED, WHOLE, undescribed
 from ..rules import RULES
+from ..search.beside import beside_one_another
 from ..search.instants import place_acts, place_again, place_jumps, place_ticks
 from ..search.kept import Kept
 from ..search.problem import Problem
@@ -167,6 +168,7 @@ def _diagnosed(
     if step and step.explains and all(d.residual == step.residual for d in found.left):
         found, cause = to_blame(step, experiment, found, judged, names, rng)
         coarse, by_step = [cause], step.residual
+    found.outcome = beside_one_another(found.outcome)
     _let_go(experiment, outcome)
     left, problem = found.left, outcome.problem
     causes = named(found.outcome) + coarse

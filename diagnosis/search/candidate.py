@@ -184,6 +184,12 @@ def same_law(a: Candidate, b: Candidate, alike: Callable[[Fit, Fit], bool]) -> b
     return alike(a.fitted, b.fitted)
 
 
+def stands_beside(rival: Candidate, winner: Candidate, chance_level: float, alike: Callable[[Fit, Fit], bool]) -> bool:
+    """Whether a rival does as well with no more numbers, and is another law. alike: see Problem.alike."""
+    as_good = equal(rival, winner, chance_level) or one_wave(rival, winner, alike)
+    return as_good and len(rival.free) <= len(winner.free) and not same_law(rival, winner, alike)
+
+
 def order_of(a: Candidate, b: Candidate) -> dict[str, float]:
     """What b's numbers of waves in a turn are where a has as many, whichever shaft they are counted over; empty if it has not.
 

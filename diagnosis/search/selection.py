@@ -92,7 +92,7 @@ class ForwardSelection:
             if stage.winner and causes and (other := self._deeper(base, stage.winner.fitted)):
                 base = other
                 if len(causes) == 1:  # what its first fit left is no word on it
-                    causes[0] = replace(causes[0], fit=other, losses=self._standing(other).losses)
+                    causes[0] = replace(causes[0], fit=other, losses=together(self.problem, other).losses)
                     tied = [c for c in kept[0].tied if not worse(c, causes[0], self.chance_level)]
                     kept[0] = replace(kept[0], winner=causes[0], tied=tied)
                 stage = self.step(base, [c.hypothesis for c in causes], first)
@@ -110,7 +110,7 @@ class ForwardSelection:
                 kept[again] = replace(kept[again], winner=causes[again])
         standing = (stages[-1].winner or stages[-1].base) if causes else None
         if standing and len(causes) > 1:
-            causes, kept, standing = self._exchange(*self._prune(causes, kept, self._standing(base)))
+            causes, kept, standing = self._exchange(*self._prune(causes, kept, together(self.problem, base)))
             causes, kept, standing = self._other_two(causes, kept, standing, first)
             # what was asked again is among the rivals that are told
             stages[-1:-1] = [one for one in kept if not any(one.candidates is stage.candidates for stage in stages)]
@@ -144,7 +144,7 @@ class ForwardSelection:
         """Drop causes that later ones have made needless: an early guess may stand for a later, better one."""
         for gone in list(causes[:-1]):
             rest = [c for c in causes if c is not gone]
-            without = self._standing(self.problem.with_these(rest, whole.fitted))
+            without = together(self.problem, self.problem.with_these(rest, whole.fitted))
             if not worse(without, whole, self.chance_level):
                 stages = [s for s in stages if s.winner is not gone]
                 causes, whole = rest, without
@@ -153,9 +153,9 @@ class ForwardSelection:
     def _exchange(self, causes: list[Candidate], stages: list[Stage], whole: Candidate):
         """Two causes may do with fewer numbers what a first guess and its helpers did."""
         opening, best = stages[0], None
-        for rival in self._strong(opening, causes):
+        for rival in strong(opening, causes):
             for cause, stage in zip(causes[1:], stages[1:]):
-                pair = self._pair(rival, cause, whole, len(whole.free) - 1)
+                pair = in_place(self.problem, rival, [cause], whole, len(whole.free) - 1)
                 if not pair:
                     continue
                 merit = len(pair.free), pair.errors.mean()
@@ -174,37 +174,41 @@ class ForwardSelection:
         if len(causes) != 2:
             return causes, stages, whole
         cause = causes[1]
-        rivals = [rival for stage in stages for rival in self._strong(stage, causes) if not rival.doubt]
-        pairs = (self._pair(rival, cause, whole, len(whole.free)) for rival in rivals)
+        rivals = [rival for stage in stages for rival in strong(stage, causes) if not rival.doubt]
+        pairs = (in_place(self.problem, rival, [cause], whole, len(whole.free)) for rival in rivals)
         pair = next((pair for pair in pairs if pair and worse(whole, pair, self.chance_level)), None)
         if not pair:
             return causes, stages, whole
         anew = self.step(self.problem.with_these([cause], pair.fitted), [cause.hypothesis], first)
         if anew.winner is None or anew.winner.hypothesis.same_cause(cause.hypothesis):
             return causes, stages, whole
-        other = self._standing(anew.winner.fitted)
+        other = together(self.problem, anew.winner.fitted)
         if not worse(whole, other, self.chance_level):
             return causes, stages, whole
         return [cause, anew.winner], [stages[1], anew], other
 
-    def _strong(self, stage: Stage, causes: list[Candidate]) -> list[Candidate]:
-        """Of what was fitted in a stage what gains nearly as much as its winner, and is none of these causes."""
-        least = RULES.search.rivals * (stage.winner.gain if stage.winner else 0.0)
-        others = lambda rival: not any(rival.hypothesis.same_cause(cause.hypothesis) for cause in causes)
-        return [c for c in stage.candidates if c.fit is not None and c.gain >= least and others(c)]
 
-    def _pair(self, rival: Candidate, cause: Candidate, whole: Candidate, most: int) -> Candidate | None:
-        """A rival in the place of all other causes of a whole beside one; None where that is more than so many numbers."""
-        free = tuple({p.name: p for p in (*self.problem.base_free, *rival.free, *cause.free)}.values())
-        if len(free) > most:
-            return None
-        values = whole.fitted.values
-        start = {**values, **rival.fitted.values, **{p.name: values[p.name] for p in cause.free}}
-        return self._standing(self.problem.fit(free, {p.name: start[p.name] for p in free}))
+def strong(stage: Stage, causes: list[Candidate]) -> list[Candidate]:
+    """Of what was fitted in a stage what gains nearly as much as its winner, and is none of these causes."""
+    least = RULES.search.rivals * (stage.winner.gain if stage.winner else 0.0)
+    others = lambda rival: not any(rival.hypothesis.same_cause(cause.hypothesis) for cause in causes)
+    return [c for c in stage.candidates if c.fit is not None and c.gain >= least and others(c)]
 
-    def _standing(self, fitted: Fit) -> Candidate:
-        """How a set of causes does on unseen blocks."""
-        return Candidate(Hypothesis("", "set", ()), fitted.free, fitted, self.problem.block_loss(self.problem.held_out(fitted)))
+
+def in_place(problem: Problem, rival: Candidate, others: list[Candidate], whole: Candidate, most: int) -> Candidate | None:
+    """A rival beside these of the causes of a whole, in the place of the rest of them; None where that is more than so many numbers."""
+    kept = [p for cause in others for p in cause.free]
+    free = tuple({p.name: p for p in (*problem.base_free, *rival.free, *kept)}.values())
+    if len(free) > most:
+        return None
+    values = whole.fitted.values
+    start = {**values, **rival.fitted.values, **{p.name: values[p.name] for p in kept}}
+    return together(problem, problem.fit(free, {p.name: start[p.name] for p in free}))
+
+
+def together(problem: Problem, fitted: Fit) -> Candidate:
+    """How a set of causes does on unseen blocks."""
+    return Candidate(Hypothesis("", "set", ()), fitted.free, fitted, problem.block_loss(problem.held_out(fitted)))
 
 
 def _as_in(other: Fit, fit: Fit) -> dict[str, float]:

@@ -21,16 +21,15 @@ from .candidate import (
     Candidate,
     amount,
     better,
-    equal,
     harmonic,
     may_be_nothing,
     more,
     near_best,
-    one_wave,
     order_of,
     reaches_an_end,
     same_law,
     simplest,
+    stands_beside,
     worse,
 )
 from .fit import Fit
@@ -152,8 +151,9 @@ class Step:
         winner = believed(real) if real else None
         if winner and not any(c.doubt == WITHIN and worse(winner, c, self.chance_level) for c in fitted):
             stage.winner = winner
-            stage.tied = [c for c in real if c is not winner and self._stands_beside(c, winner)]
-            stage.aside = [c for c in fitted if c is not winner and (self._no_cause(c) or same_law(c, winner, problem.alike))]
+            others, alike = [c for c in fitted if c is not winner], problem.alike
+            stage.tied = [c for c in others if c in real and stands_beside(c, winner, self.chance_level, alike)]
+            stage.aside = [c for c in others if self._no_cause(c) or same_law(c, winner, alike)]
         return stage
 
     def _weigh(self, stage: Stage, fitted: list[Candidate]) -> list[Candidate]:
@@ -239,12 +239,6 @@ class Step:
         """Whether a candidate is refused for what it is, and not for how little it finds: then it may yet fit better."""
         rules = RULES.search
         return bool(candidate.doubt) and candidate.chance <= rules.significant and candidate.drop >= rules.relevant
-
-    def _stands_beside(self, rival: Candidate, winner: Candidate) -> bool:
-        """Whether a rival does as well with no more numbers, and is another law."""
-        alike = self.problem.alike
-        as_good = equal(rival, winner, self.chance_level) or one_wave(rival, winner, alike)
-        return as_good and len(rival.free) <= len(winner.free) and not same_law(rival, winner, alike)
 
     def _shows(self, candidate: Candidate) -> bool:
         """Whether a cause lowers the error of samples somewhere, not of their averages alone."""

@@ -12,7 +12,7 @@ import pytest
 from selflock.diagnosis.search.candidate import Candidate
 from selflock.diagnosis.search.fit import Fit
 from selflock.diagnosis.search.hypotheses import Free, Hypothesis
-from selflock.diagnosis.search.selection import ForwardSelection
+from selflock.diagnosis.search.selection import ForwardSelection, together
 from selflock.diagnosis.search.step import Stage
 
 BLOCKS = 36
@@ -75,7 +75,7 @@ def test_a_first_guess_goes_where_another_leaves_less_beside_the_second(rng, bes
     second = search.step(first.winner.fitted, [first.winner.hypothesis])
     causes = [first.winner, second.winner]
     assert [c.hypothesis.effect for c in causes] == ["constant", "inertia"]
-    whole = search._standing(second.winner.fitted)
+    whole = together(search.problem, second.winner.fitted)
     found, stages, standing = search._other_two(causes, [first, second], whole, base)
     named = ["inertia", "mass"] if beside == 1.0 else ["constant", "inertia"]
     assert [c.hypothesis.effect for c in found] == named

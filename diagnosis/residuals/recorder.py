@@ -132,24 +132,26 @@ def noisy(name: str, ch: Channels) -> bool:
     return noise > rules.exact * float(np.std(np.diff(x)))
 
 
-def period(ch: Channels) -> float:
-    """The period, s, of a controller whose logged command steps only so often; 0 where no line stands out of the spectrum.
+def periods(ch: Channels) -> tuple[float, ...]:
+    """The period, s, that a controller may have whose logged command steps only so often; none where no line stands out of the spectrum.
 
     A command averaged over its row shares a step between two, so changes are those over two rows. Steps that are hardly farther
-    apart are in all of these, and are seen in changes over one; a part of a period that is seen in both is none.
+    apart are in all of these, and are seen in changes over one; a part of a period that is seen in both is none. A second where the
+    strongest line may be a part of a period: a model, and no spectrum, tells a part from steps of which every other is larger.
     """
     if not commanded(ch):
-        return 0.0
-    (short, step), (long, _) = (_line(*_jumps(ch, rows)) for rows in (1, 2))
+        return ()
+    (short, step), (long, _) = (_lines(*_jumps(ch, rows)) for rows in (1, 2))
     if not short or not long:
         return short or long
-    return short if short < 4.0 * step and abs(long / short - round(long / short)) > 0.02 else long
+    return short if short[0] < 4.0 * step and abs(long[0] / short[0] - round(long[0] / short[0])) > 0.02 else long
 
 
-def _line(jumps: np.ndarray, when: np.ndarray) -> tuple[float, float]:
-    """The period, s, at which jumps come, 0 where no line stands out of their spectrum; and the step of the rows, s.
+def _lines(jumps: np.ndarray, when: np.ndarray) -> tuple[tuple[float, ...], float]:
+    """The period, s, at which jumps come, none where no line stands out of their spectrum, and that of which it may be a part; and
+    the step of the rows, s.
 
-    A motion's own waves are broad: a line is held against what is near it.
+    A motion's own waves are broad: a line is held against what is near it. All lines of jumps that come again and again are as strong.
     """
     rules, step = RULES.residuals, float(np.median(np.diff(when)))
     even = np.interp(np.arange(when[0], when[-1], step), when, jumps)
@@ -158,10 +160,23 @@ def _line(jumps: np.ndarray, when: np.ndarray) -> tuple[float, float]:
     frequency = np.fft.rfftfreq(size, step)
     asked = (frequency > 1.0 / (rules.period_slowest * step)) & (frequency < 1.0 / (rules.period_fastest * step))
     if not asked.any():
-        return 0.0, step
-    best = int(np.argmax(np.where(asked, power, 0.0)))
-    near = asked & (frequency > frequency[best] / rules.period_near) & (frequency < frequency[best] * rules.period_near)
-    return (float(1.0 / frequency[best]) if power[best] > rules.period_line * np.median(power[near]) else 0.0), step
+        return (), step
+
+    def stands(line: int) -> bool:
+        near = asked & (frequency > frequency[line] / rules.period_near) & (frequency < frequency[line] * rules.period_near)
+        return bool(power[line] > rules.period_line * np.median(power[near]))
+
+    power = np.where(asked, power, 0.0)
+    best = int(np.argmax(power))
+    if not stands(best):
+        return (), step
+    lines, about = [best], rules.period_padding
+    for part in range(2, int(frequency[best] * rules.period_slowest * step) + 1):
+        lowest = max(best // part - about, 0)
+        line = lowest + int(np.argmax(power[lowest : best // part + about + 1]))
+        if power[line] > rules.period_part * power[best] and stands(line):
+            lines[1:] = [line]
+    return tuple(float(1.0 / frequency[line]) for line in lines), step
 
 
 def _jumps(ch: Channels, rows: int = 1) -> tuple[np.ndarray, np.ndarray]:

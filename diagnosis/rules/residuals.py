@@ -249,6 +249,11 @@ class ResidualRules:
         1.5, "times its frequency, and parts of it, between which a line is held against the spectrum", PERIODS
     )
     period_line: float = rule(8.0, "medians of the spectrum near it above which a line is a period's", PERIODS)
+    period_part: float = rule(
+        0.5,
+        "of the strongest line, above which one of a part of its frequency may be the period's",
+        "theory: all lines of like steps are as strong; of steps of which every other is larger the slower is half as strong at three times",
+    )
     on_steps: float = rule(
         0.1,
         "mean distance from a step's whole numbers, in steps, up to which values lie in it",

@@ -17,7 +17,7 @@ from ..residuals.drive import electric as electric_of
 from ..residuals.drive_experiment import DriveExperiment
 from ..residuals.laws import COMPONENTS, effects, law
 from ..residuals.propagated import in_step
-from ..residuals.recorder import counts, lies_in, period, written_step
+from ..residuals.recorder import counts, lies_in, periods, written_step
 from ..rules import RULES
 from .reach import amounts, spread
 
@@ -142,8 +142,8 @@ def _shown(p: Free, channel: str, experiment: DriveExperiment) -> tuple[float, .
     """Periods and steps that a log shows of itself, ascending."""
     found: set[float] = set()
     for ch in experiment.channels.values():
-        if p.role == PERIOD and p.low < (of_command := period(ch)) < p.high:
-            found.add(of_command)
+        if p.role == PERIOD:
+            found.update(of_command for of_command in periods(ch) if p.low < of_command < p.high)
         if p.role == STEP:
             found.update(lies_in(channel, ch))
     return tuple(sorted(found))

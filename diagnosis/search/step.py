@@ -329,7 +329,8 @@ class Step:
             candidates += self._each("other fits", partial(judge, near), others, candidates)
         if self.problem.by_channel:
             candidates = arrived(self.problem, candidates, lambda c, fit: self._candidate(c.hypothesis, c.free, fit, c.linear))
-        candidates += [self._unfitted(ways[0]) for ways in groups if not any(ways is one for one in chosen)]
+        fitted = {c.hypothesis.label for c in candidates}
+        candidates += [self._unfitted(ways[0]) for ways in groups if ways[0].hypothesis.label not in fitted]
         return sorted(candidates, key=lambda c: (c.fit is None, c.errors.mean() if c.fit else -c.linear))
 
     def _entered(
@@ -349,6 +350,7 @@ class Step:
         begin = lambda ways: self._begin(ways[0].sets(self.base.values)[0], self._start(ways[0]))
         first = dict(zip((ways[0].hypothesis.label for ways in raced), self._each("first fits", begin, raced)))
         raced.sort(key=lambda ways: self.problem.loss(first[ways[0].hypothesis.label].misfit))
+        shown = [ways if waves(ways) else self._best_begun(ways) for ways in shown]  # of two periods, that which leaves less
         return [*shown, *apart, *raced[: rules.fits_by_channel - len(apart)]], first
 
     def _best_begun(self, ways: list[Direction]) -> list[Direction]:

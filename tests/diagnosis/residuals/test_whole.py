@@ -15,7 +15,7 @@ from selflock.diagnosis.errors import DataError
 from selflock.diagnosis.residuals import driven, whole
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
 from selflock.diagnosis.residuals.mending import excess
-from selflock.diagnosis.residuals.recorder import counts, period, step_of, steps_of, ticks
+from selflock.diagnosis.residuals.recorder import counts, periods, step_of, steps_of, ticks
 from selflock.diagnosis.residuals.rounding import rounding, sees_counts
 from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search import hypotheses
@@ -360,19 +360,21 @@ def test_a_sensor_before_the_controller_acts_in_the_loop_and_one_beside_it_does_
     assert whole.simulate({"sensor.motor.current.bias": 0.5}, ch)["current"] is plain["current"]
 
 
-@pytest.mark.parametrize("rows", [2.3, 5.0, 17.7])
+@pytest.mark.parametrize(("rows", "noise"), [(2.3, 0.02), (5.0, 0.02), (17.7, 0.02), (28.5, 0.09)])
 @pytest.mark.slow
-def test_the_period_of_a_command_is_read_from_its_steps(rows, rng, tmp_path):
+def test_the_period_of_a_command_is_read_from_its_steps(rows, noise, rng, tmp_path):
+    """Of slow ones the second line, of half the period, may stand a trifle taller than the first."""
     case = recordings.hide([], recordings.DEVELOPMENT + 1, longest=8.0, duration=8.0)
     bench = experiment(case, tmp_path)
     (ch,) = bench.channels.values()
     time = ch.run.time - ch.run.time[0]
     wanted, first = rows * float(np.median(np.diff(time))), 0.3 * rows * float(np.median(np.diff(time)))
     last = np.floor((time - first) / wanted) * wanted + first
-    held = 5.0 * np.sin(3.0 * last) + 2.0 * np.sin(11.0 * last) + 0.02 * rng.standard_normal(len(time))
+    held = 5.0 * np.sin(3.0 * last) + 2.0 * np.sin(11.0 * last) + noise * rng.standard_normal(len(time))
     ch.run.memory["controller.voltage"] = held
-    found = period(ch)
-    assert found == pytest.approx(wanted, rel=1e-3)
+    found = periods(ch)
+    assert any(one == pytest.approx(wanted, rel=1e-3) for one in found), found
+    assert all(wanted / one == pytest.approx(round(wanted / one), rel=2e-3) for one in found), found
     late = (-ticks(wanted, ch) - first) % wanted
     assert min(late, wanted - late) < 0.6 * float(np.median(np.diff(time)))
 
@@ -385,7 +387,7 @@ def test_a_command_that_follows_has_no_period(seed, tmp_path):
     (ch,) = bench.channels.values()
     time = ch.run.time
     ch.run.memory["controller.voltage"] = 5.0 * np.sin(3.0 * time) + np.random.default_rng(seed).standard_normal(len(time)) * 0.02
-    assert period(ch) == 0.0
+    assert periods(ch) == ()
 
 
 def test_few_steps_are_told_by_the_rows_that_go_on_to_another(rng):

@@ -17,7 +17,7 @@ from ..data.log import MeasuredRun
 from ..data.rig import Rig
 from ..rules import RULES
 from ..systems.parts import Parts
-from .numbers import Number
+from .numbers import Number, of_run
 from .played import Played, Settings
 
 
@@ -42,18 +42,13 @@ def felt(
         about = np.any([_rows(run, blow, RULES.calibrate.felt_rows) for blow in blows], axis=0)
         struck_at = [int(np.argmax(_rows(run, blow))) for blow in blows]
         answers = [spike for spike in mine if spike.channel in outputs and (_rows(run, spike) & about).any()]
-        struck, own = _unmasked(run, [*blows, *answers]), _of(numbers, i)
+        struck, own = _unmasked(run, [*blows, *answers]), of_run(numbers, i)
         given = {n.variable: n.start for n in own}
         without, with_them = (_missed(Played(rig, parts, [one], own), given, struck_at) for one in (run, struck))
         if with_them < RULES.calibrate.felt * without:
             found[i] = struck
             real |= {*blows, *answers}
     return found, [fault for fault in faults if fault not in real]
-
-
-def _of(numbers: Sequence[Number], i: int) -> list[Number]:
-    """The numbers of a run, as of one that is alone."""
-    return [n if n.run is None else replace(n, run=0) for n in numbers if n.run in (None, i)]
 
 
 def _rows(run: MeasuredRun, fault: DataFault, behind: int = 0) -> np.ndarray:

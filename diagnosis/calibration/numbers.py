@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
@@ -139,3 +139,8 @@ def _fixed(rig: Rig, parts: Parts, name: str, runs: Sequence[MeasuredRun]) -> st
         if variable.causality != "parameter":
             return f"it is computed by its FMU ({variable.causality})"
     return ""
+
+
+def of_run(numbers: Sequence[Number], i: int) -> list[Number]:
+    """The numbers of a run, as of one that is alone."""
+    return [n if n.run is None else replace(n, run=0) for n in numbers if n.run in (None, i)]

@@ -19,8 +19,8 @@ from ..rules import RULES
 from ..search.kept import Kept
 from ..systems.system import prepare
 from . import told
-from .felt import felt
 from .fit import Calibrating, End, fit, fit_from, polished, remaining, spreads
+from .gaps import as_fed
 from .heard import as_measured, heard, sentences
 from .numbers import label, of_rig
 from .page import write
@@ -61,7 +61,7 @@ def calibrate_system(
     rig, parts = prepare(rig)
     runs, faults, held = gather(rig, logs, test)
     numbers = of_rig(rig, parts, runs)
-    runs, faults = felt(rig, parts, runs, numbers, faults)
+    runs, faults, behind = as_fed(rig, parts, runs, numbers, faults)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)  # a place that cannot be used is told before the work, not after it
     everything = [np.ones(len(run), bool) for run in runs]
@@ -69,7 +69,7 @@ def calibrate_system(
     vars(problem)["played"] = Played(rig, parts, runs, numbers)
     try:
         result = _calibrated(problem, held, starts, seed, spread, tell)
-        result.faults = [fault.row() for fault in faults]
+        result.faults, result.notes = [fault.row() for fault in faults], behind + result.notes
         if out is not None:
             tell("report", 0.95)
             write(result, problem, out)

@@ -14,8 +14,8 @@ from typing import cast
 import numpy as np
 
 from ..calibration import told
-from ..calibration.felt import felt
 from ..calibration.fit import End, fit, fit_from, remaining
+from ..calibration.gaps import as_fed
 from ..calibration.heard import heard, sentences
 from ..calibration.numbers import Number, of_rig
 from ..calibration.run import division, here, reached, sizes
@@ -77,7 +77,7 @@ def name_system(
     rig, parts = prepare(rig)
     runs, faults, held = gather(rig, logs, test)
     numbers = of_rig(rig, parts, runs) if rig.wanted or rig.uncertain else ()
-    runs, faults = felt(rig, parts, runs, numbers, faults)
+    runs, faults, behind = as_fed(rig, parts, runs, numbers, faults)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
     layout = Blocks(runs, False)
@@ -89,7 +89,7 @@ def name_system(
         played.rounded = work.rounded
         found = _searched(work, tell, starts, seed, kinds, enough or Limit())
         result = told_of(found, seed)
-        result.faults = [fault.row() for fault in faults]
+        result.faults, result.notes = [fault.row() for fault in faults], behind + result.notes
         result.effort["elapsed"] = time.monotonic() - begun
         if out is not None:
             near = lambda path: Path(os.path.relpath(path, out)).as_posix()

@@ -71,6 +71,15 @@ class CalibrateRules:
     )
     felt_rows: int = rule(10, "rows behind a spike in which its answer is looked for", "theory: as a lag of a few rows begins")
 
+    unseen: float = rule(
+        3.0, "times what inputs usually do unseen for as long, that they may have done in a gap", "usual: three deviations"
+    )
+    forgotten: float = rule(
+        1e-3,
+        "of an output's spread, or its noise if that is more, up to which what inputs did in a gap is forgotten",
+        "theory: of a log without noise less is in no picture",
+    )
+
     # --- what is told: calibration.told
     unmoved: float = rule(
         1e-12,

@@ -56,7 +56,7 @@ def behind_gaps(
                     good[name][first : felt[-1] + 1] = False
                     until = max(until, felt[-1] + 1)
             if until > first:
-                notes.append(_told(run, first, until, last))
+                notes.append(_told(run, int(first), int(until), int(last)))
         found[i] = replace(run, good=good)
     return found, notes
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,9 @@ from selflock.fmus.correction import law
 
 from ..calibration import told
 from ..calibration.fit import remaining
+from ..calibration.numbers import label
 from ..calibration.slopes import Slopes
+from ..data.log import MeasuredRun
 from ..judge.gain import closed
 from ..rules import RULES
 from .guesses import CURVE, EVENT, KINDS, begins, heights, points_of
@@ -30,11 +33,13 @@ def told_of(found: Search, seed: int) -> Naming:
     work, best = found.work, found.best
     rng = np.random.default_rng(seed)
     numbers = _intervals(work, best)
-    causes = [_cause(outcome, numbers, same(found, outcome, seed)) for outcome in found.named]
+    causes = [_cause(outcome, numbers, same(found, outcome, seed), work.runs) for outcome in found.named]
     last = found.outcomes[-1] if found.outcomes else None
     noise = {name: floor for name, (_, floor) in remaining(best.problem, best.values).items()}
     errors = [_error(name, found, noise[name], rng) for name in work.played.outputs]
-    ratios = last.ratios if last else {name: size / noise[name] for name, size in (best.taught or {}).items() if noise[name]}
+    ratios = {name: size / noise[name] for name, size in (best.taught or {}).items() if noise[name]}
+    if last and last.winner is None:  # of what stands by now
+        ratios = last.ratios
     worst = max(ratios.values(), default=0.0)
     significant = bool(last.off.any()) if last and last.winner is None else worst > RULES.judge.excess
     verdict, why = _verdict(causes, worst, significant, _closed(errors, causes))
@@ -142,7 +147,7 @@ def _intervals(work: Work, best: Whole) -> dict[str, Fitted]:
     return found
 
 
-def _cause(outcome: Round, numbers: dict[str, Fitted], same: list[str]) -> NamedCause:
+def _cause(outcome: Round, numbers: dict[str, Fitted], same: list[str], runs: Sequence[MeasuredRun]) -> NamedCause:
     winner = outcome.winner
     assert winner is not None
     guess, c = winner.guess, winner.candidate
@@ -169,6 +174,7 @@ def _cause(outcome: Round, numbers: dict[str, Fitted], same: list[str]) -> Named
         [r.guess.label for r in outcome.beside if r.guess.label not in same],
         same,
         _closer(outcome, same),
+        [label(runs[i]) for i in dict.fromkeys(n.run for n in guess.numbers if n.run is not None and not begins(n))],
     )
 
 
@@ -215,8 +221,9 @@ def _curve(outcome: Round) -> FreeCurve | None:
     """The free curve of a round: that of the winner's variable at its place, else the one that predicts most."""
     curves = [r for r in outcome.fitted if r.guess.kind == CURVE]
     winner = outcome.winner
-    alike = lambda r: winner is not None and r.guess.place == winner.guess.place and r.guess.over == winner.guess.over
-    rival = next((r for r in curves if alike(r)), outcome.curve)
+    does = lambda r: (r.guess.place, r.guess.over, any(one.multiplies for one in r.guess.inserts))
+    own = next((r for r in curves if winner is not None and does(r) == does(winner)), None)
+    rival = own or outcome.curve
     if rival is None:
         return None
     table = rival.guess.inserts[0]
@@ -238,4 +245,5 @@ def _curve(outcome: Round) -> FreeCurve | None:
         [float(e) for e in error],
         float(rival.candidate.errors.mean()),
         float(outcome.base.errors.mean()),
+        own is not None or winner is None,
     )

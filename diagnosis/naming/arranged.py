@@ -44,7 +44,8 @@ class Arranged:
     def put(self, entries: np.ndarray) -> np.ndarray:
         """Entries, (entries, ...), as (blocks, samples, ...); 0 where a block has fewer."""
         found = np.zeros((len(self.names), self.width, *entries.shape[1:]), np.float32)
-        found[self.block, self.place] = entries
+        with np.errstate(over="ignore"):  # what is beyond any measure stays so
+            found[self.block, self.place] = entries
         return found
 
     def taken(self, columns: np.ndarray, part: slice) -> np.ndarray:

@@ -60,6 +60,7 @@ class FreeCurve:
     error: list[float]
     loss: float  # mean loss on unseen blocks
     base: float  # that of the model without it
+    of_answer: bool  # whether it goes with what the answer does, where that does, and is no rival of it
     beyond: str = "as at the last of them beyond"
 
 
@@ -81,6 +82,7 @@ class NamedCause:
     beside: list[str] = field(default_factory=list)  # what does as well with as few numbers, and other inputs may tell apart
     same: list[str] = field(default_factory=list)  # the same by other names: no inputs tell them apart
     closer: list[str] = field(default_factory=list)  # what leaves less with more numbers, too little less to be believed for it
+    runs: list[str] = field(default_factory=list)  # of an event: in which it was
 
     def sentence(self) -> str:
         """In words."""
@@ -178,7 +180,7 @@ class Naming:
                 else "    a curve, and no cause: see the report"
             )
             if cause.kind == EVENT:
-                yield "    it belongs to the runs in which it was: of others it lowers no error"
+                yield f"    it was in {' and '.join(cause.runs)}: of other runs it lowers no error"
             if cause.same:
                 yield f"    the same by other names, whatever inputs within the range of these logs: {', '.join(cause.same)}"
             if cause.beside:

@@ -93,6 +93,15 @@ def test_a_sensor_that_ends(tmp_path, native, rng):
 
 
 @pytest.mark.slow
+def test_what_two_causes_leave_is_told_of_both(tmp_path, native, rng):
+    """It was what the first of them leaves, where no third was asked for."""
+    result = named(tmp_path, native, rng, NUMBERS, free="", loss=24.0, read=lambda t, x: np.minimum(x, 0.45))
+    assert {cause.law or cause.kind for cause in result.causes} == {"parameter", "saturation (high)"}, result.summary()
+    assert not result.remainder["significant"] and max(result.remainder["ratios"].values()) < RULES.judge.excess
+    assert "more than noise" not in result.summary()
+
+
+@pytest.mark.slow
 def test_a_path_that_is_late(tmp_path, native, rng):
     late = 8 * hidden.STEP
     result = named(tmp_path, native, rng, NUMBERS, heater=lambda t, u: np.concatenate([u[:1].repeat(8), u[:-8]]))
@@ -110,6 +119,7 @@ def test_a_lid_is_open_for_some_time(tmp_path, native, rng):
     near(numbers["a"], -12.0 / hidden.LOSS)
     near(numbers["since"], 8.0, hidden.STEP)
     near(numbers["until"], 14.0, hidden.STEP)
+    assert cause.runs == ["log.csv"] and "it was in log.csv: of other runs it lowers no error" in result.summary()
     (error,) = result.errors
     assert error.taught_after < 1.3 * 0.004 < 0.1 * error.taught_before and error.after < 1.2 * 0.004
 
@@ -137,7 +147,7 @@ def test_a_law_is_named_and_the_extended_system_does_what_was_promised(tmp_path,
     cause, numbers = told(result)
     assert (cause.law, cause.place, cause.where) == ("cubic", "relaxation.u", "in") and "relaxation.x" in cause.over
     near(numbers["a"], -6.0 / hidden.LOSS)
-    assert result.curve is not None and result.curve.place == "relaxation.u"
+    assert result.curve is not None and result.curve.place == "relaxation.u" and result.curve.of_answer
     again = result.extension
     assert again["agrees"] and again["fmu"] == pytest.approx(again["promised"], rel=1e-3)
     # what lies there runs by itself, and so does the SSP, with the promised error; the FMU is as it was

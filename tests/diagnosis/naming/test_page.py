@@ -18,7 +18,7 @@ def test_a_point_that_little_tells_does_not_turn_the_curve(rng):
 
 
 def test_what_is_to_be_told_of_an_answer_stands_beside_what_to_do(tmp_path, hostile):
-    curve = FreeCurve("curve of a.x on a.u", "a.x", "a.u", False, [0.0, 1.0], [0.0, 1.0], [0.1, 0.1], 0.1, 1.0)
+    curve = FreeCurve("curve of a.x on a.u", "a.x", "a.u", False, [0.0, 1.0], [0.0, 1.0], [0.1, 0.1], 0.1, 1.0, True)
     note = f"a.x lies beyond what taught in 54 % of what judges {hostile}"
     told = Naming(
         verdict="unknown", why="Something is missing", system="a.fmu", rig="rig", logs=["a.csv"], held_out="b.csv", causes=[], errors=[],

@@ -28,20 +28,20 @@ from ..rules import RULES
 from ..search.kept import Kept
 from ..systems.system import prepare
 from .answer import told_of
-from .asked import beyond_steps, confirmed, leaves_less, told_apart
+from .asked import confirmed, leaves_less, told_apart
 from .contest import Contest
 from .extend import extend
 from .extended import Extended, Extending
-from .guesses import CURVE, KINDS, begins
+from .guesses import CURVE, KINDS, PARAMETER, begins
+from .instead import curve_instead, one_alone
 from .limit import Limit
 from .notes import at_once, beyond
-from .order import as_good, beside, curves_beside, names_of
+from .order import beside
 from .outcome import Naming
 from .page import write
 from .round import Round
 from .rows import followed, read_late, told_early, told_late
 from .sampled import sampled
-from .shape import one_shape
 from .steps import Model, around, fine_enough, in_own_steps, in_vanishing, released, widened
 from .whole import Whole, falls, fitted, helps, measured
 from .work import Work, heads, later, without
@@ -277,13 +277,15 @@ class Asked:
         return reduce(_better, begun)
 
 
-def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Search:
+def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray, first: Round | None = None) -> Search:
     """One cause after another beside a base. Steps that hide or feign something are changed once the first is found.
 
-    Where an FMU acts once a step that is asked only if the first leaves something: its period is what the rig says.
+    Where an FMU acts once a step that is asked only if the first leaves something: its period is what the rig says. first: a first
+    round that was played, of which one rival alone is asked.
     """
     tell, kinds, enough = asked.tell, asked.kinds, asked.enough
-    found, again, before = _begun(work, near, places, asked), RULES.naming.halved, None
+    found, again, before = _begun(work, near, places, asked), 0 if first else RULES.naming.halved, None
+    begin = work, near, places
     while len(found.named) < RULES.naming.rounds and len(found.outcomes) < 2 * RULES.naming.rounds:
         k, numbers = len(found.outcomes), near.numbers
         prefix, known = PREFIX + (f"_{k + 1}" if k else ""), {n.variable for n in numbers}
@@ -297,10 +299,11 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
         steps = partial(released, work, near, base) if k == 0 and again and base else None
         contest = Contest(own, places, prefix, _told(tell, k), smooth, known, kinds, enough, work.sampled, told, steps)
         contest.only, contest.before = found.outcomes[-1].only if found.outcomes else None, before
-        outcome = contest.play(asked.rng)
+        outcome = first if first and k == 0 else contest.play(asked.rng)
         if contest.other is not None and contest.asker is not None:
             before = contest.asker.guess, (contest.other[2], contest.asker.values)
             found, work, near, places = _anew(asked, contest.other, numbers)
+            begin = work, near, places
             again -= 1
             continue
         before = None
@@ -321,6 +324,7 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
         if anew:  # found in steps that hide or feign something, it is looked for anew
             before = outcome.winner.guess, (near.values(places), outcome.winner.values)
             found, work, near, places = _anew(asked, (work, near, found.best.values), numbers)
+            begin = work, near, places
             again -= 1
             continue
         if work is not wider or _ends_beyond(near, found.best.values, places):
@@ -331,8 +335,27 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray) -> Se
         near, places = _needed(found, near, places)
         work = found.work
     if not enough():
-        _one_alone(found)
-        _curve_instead(found)
+        one_alone(found)
+        curve_instead(found)
+    return found if first else _number_first(found, asked, begin)
+
+
+def _number_first(found: Search, asked: Asked, begin: tuple[Work, Extending, np.ndarray]) -> Search:
+    """A search that leaves more than noise, or what begins with a number of an FMU that is off and leaves none with something beside it.
+
+    Two causes of one size hide each other: what bends as both do together goes before either. A number is the commonest of all.
+    """
+    if asked.enough() or not found.outcomes or found.leaves_noise():
+        return found
+    round_ = found.outcomes[0]
+    real = [r for r in round_.fitted if r.guess.kind == PARAMETER and r.candidate.chance <= RULES.search.significant]
+    real = [r for r in real if all(r is not one.winner for one in found.outcomes)]
+    for rival in real:
+        cast(Extended, begin[1].played).extend(())
+        other = _rounds(asked, *begin, replace(round_, order=[rival], winner=None, beside=[]))
+        if len(other.named) > 1 and other.leaves_noise() and not helps(found.best, other.best):
+            return other
+    found.work.played.extend(found.work.inserts)
     return found
 
 
@@ -384,26 +407,6 @@ def _needed(found: Search, near: Extending, places: np.ndarray) -> tuple[Extendi
     return near, places
 
 
-def _one_alone(found: Search) -> None:
-    """Where one of what did as well as the first cause leaves no more of what judges than all that was found, it is named alone.
-
-    What is taken for the first cause decides what is left: a second one may only make up for what another name of the first would
-    not leave.
-    """
-    first, named = found.outcomes[0], found.named
-    if len(named) < 2 or named[0] is not first or first.winner is None:
-        return
-    count = sum(outcome.winner.guess.count for outcome in named if outcome.winner is not None)
-    near = as_good(first.winner, first.order, first.chance_level, first.base.errors.mean(), count)
-    for rival in near[: RULES.naming.vetoed]:
-        wider = found.begins.with_also(rival.guess)
-        alone = fitted(wider, rival.values, rival.problem.fixed)
-        if not leaves_less((found.work, found.best), (wider, alone), rival.guess.kind):
-            first.winner, first.beside = rival, [r for r in first.beside if r is not rival]
-            found.outcomes, found.work, found.best = [first], wider, alone
-            return
-
-
 def _begun(work: Work, near: Extending, places: np.ndarray, asked: Asked) -> Search:
     """A search in which nothing was found yet, its base fitted to all that teaches."""
     base = fitted(work, near.values(places), near.fixed)
@@ -428,41 +431,6 @@ def _chosen(found: Search, outcome: Round, fixed: dict[str, float]) -> Work | No
             return wider
         rival.candidate.doubt = f"it does not lower the error of what judges by {100 * RULES.judge.help:.0f} %"
     return None
-
-
-def _curve_instead(found: Search) -> None:
-    """Where a free curve leaves less of the data that judge than all that has a name together, it is the answer.
-
-    So it is where it leaves less than a law does once that would have to be there twice, or with one that takes it off again. But
-    what has a name, goes with what the curve does and leaves no more of either data is its name: one of fewer numbers, which unseen
-    blocks could not tell from it, had gone before it.
-    """
-    first, named = found.outcomes[0], [outcome.winner for outcome in found.named if outcome.winner is not None]
-    if first.curve is None or (named and _noise_alone(found)):
-        return
-    tried = lambda one: (wider := found.begins.with_also(one.guess), fitted(wider, one.values, first.curve.problem.fixed))
-    wider, after = tried(first.curve)
-    left = tried(named[0]) if one_shape(found, named) else (found.work, found.best) if named else (found.begins, found.base)
-    if not helps(after, left[1]) or (named and not beyond_steps((wider, after), left)):
-        return
-    level, base = first.chance_level, first.base.errors.mean()
-    instead, around = first.curve, curves_beside(first.curve, first.fitted, level, base)
-    for law in [r for r in names_of(first.curve, first.order, level) if r not in named][: RULES.naming.vetoed]:
-        other = tried(law)
-        if not leaves_less((wider, after), other):
-            instead, (wider, after) = law, other
-            around = beside(law, [r for r in first.order if r not in named], level, base)
-            break
-    for outcome in found.outcomes:
-        outcome.winner, outcome.beside = None, []
-    first.winner, first.beside, found.outcomes = instead, around, [first]
-    found.work, found.best = wider, after
-
-
-def _noise_alone(found: Search) -> bool:
-    """Whether what judges is left so near its noise that nothing could leave enough less of it."""
-    noise, held = found.outcomes[-1].noise, found.best.held
-    return held is not None and all(size * (1.0 - RULES.judge.help) <= noise.get(name, 0.0) for name, size in held.items())
 
 
 def _trust(work: Work) -> list[str]:

@@ -8,7 +8,7 @@ import pytest
 from rivals import cause
 
 from selflock.diagnosis.naming import asked as asked_module
-from selflock.diagnosis.naming import guesses, run
+from selflock.diagnosis.naming import guesses, instead
 from selflock.diagnosis.naming.asked import told_apart
 from selflock.diagnosis.naming.guesses import EVENT, with_state
 from selflock.diagnosis.naming.places import IN, Place
@@ -72,13 +72,13 @@ def test_a_second_cause_goes_where_another_name_of_the_first_leaves_nothing_for_
     first, second, other = cause("lag before", 1.0), cause("state", 1.0), cause("lag behind", 1.0, loss=loss)
     other.problem = SimpleNamespace(fixed={})
     work = Work(None, None, [], (), {1}, [], "", None, None, 1.0)
-    monkeypatch.setattr(run, "fitted", lambda work, *_: whole(left if work.inserts[0].name == "lag behind" else 0.1))
+    monkeypatch.setattr(instead, "fitted", lambda work, *_: whole(left if work.inserts[0].name == "lag behind" else 0.1))
     monkeypatch.setattr(asked_module, "beyond_steps", lambda *_: beyond)
     base = Candidate(first.guess.hypothesis, (), None, np.ones((4, 1)))
     rounds = [Round(base, [], first, order=[first, other], beside=[other]), Round(base, [], second, order=[second])]
     both = replace(work, inserts=(*first.guess.inserts, *second.guess.inserts))
     found = Search(both, None, whole(9.0), whole(1.0), rounds, [], work, lambda: False)
-    run._one_alone(found)
+    instead.one_alone(found)
     assert [outcome.winner for outcome in found.named] == ([other] if one else [first, second])
     assert found.best.held["x"] == (left if one else 1.0)
     assert found.work.inserts == (other.guess.inserts if one else both.inserts)

@@ -447,8 +447,9 @@ def test_beside_what_breaks_off_nothing_is_looked_for(monkeypatch):
         "_begun": found,
         "in_own_steps": breaks,
         "Contest": None,
-        "_one_alone": None,
-        "_curve_instead": None,
+        "one_alone": None,
+        "curve_instead": None,
+        "_number_first": found,
     }.items():
         monkeypatch.setattr(run, name, lambda *_, instead=instead: instead)
     asked = SimpleNamespace(tell=None, kinds=(), enough=lambda: False)

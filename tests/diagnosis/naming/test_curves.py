@@ -9,8 +9,8 @@ from rivals import ARRANGED, a_law, cause, free_curve
 
 from selflock.diagnosis.data.log import MeasuredRun
 from selflock.diagnosis.naming import asked as asked_module
+from selflock.diagnosis.naming import instead as instead_module
 from selflock.diagnosis.naming import looks as looks_module
-from selflock.diagnosis.naming import run
 from selflock.diagnosis.naming import scene as scene_module
 from selflock.diagnosis.naming.bent import bent
 from selflock.diagnosis.naming.contest import Contest
@@ -88,15 +88,15 @@ def test_a_law_that_must_be_there_twice_is_none_where_a_curve_leaves_less_than_i
     series = {"time": [x], "first.x": [x], "first.y": [np.sin(9.0 * x)]}
     played = SimpleNamespace(extend=lambda inserts: None, series=lambda settings, which: series)
     values = {f"{law}.a": amount for law, amount in amounts.items()} | {"Coulomb.w": 0.1, "limit.l": 1.0, "of another.a": -1.0}
-    monkeypatch.setattr(run, "beyond_steps", lambda *_: True)
-    monkeypatch.setattr(run, "fitted", lambda work, *_: whole(2.0 if of_law(work) else left_by_curve))
+    monkeypatch.setattr(instead_module, "beyond_steps", lambda *_: True)
+    monkeypatch.setattr(instead_module, "fitted", lambda work, *_: whole(2.0 if of_law(work) else left_by_curve))
     work = Work(None, None, [], (), {1}, [], "", None, played, 1.0)
     monkeypatch.setattr(Work, "which", [0])
     base = Candidate(curve.guess.hypothesis, (), None, np.ones((4, 1)))
     rounds = [Round(base, [curve, rival], rival, curve=curve) for rival in named]
     best = replace(whole(1.0), problem=SimpleNamespace(settings=lambda values: [values]), values=values)
     found = Search(work, None, whole(9.0), best, rounds, [], work, lambda: False)
-    run._curve_instead(found)
+    instead_module.curve_instead(found)
     assert [outcome.winner for outcome in found.named] == ([curve] if instead else named)
     assert found.best.held == {"x": left_by_curve if instead else 1.0}
 
@@ -111,14 +111,14 @@ def test_a_law_of_more_numbers_that_does_as_well_as_the_curve_is_its_name(monkey
     curve = free_curve("first.u")
     curve.problem = SimpleNamespace(fixed={})
     whole = lambda of: Whole(None, None, {}, None, {"x": {"Coulomb": 2.0, "Stribeck": left, "far": 0.5, "curve": 1.0}[of]}, {})
-    monkeypatch.setattr(run, "beyond_steps", lambda *_: True)
+    monkeypatch.setattr(instead_module, "beyond_steps", lambda *_: True)
     monkeypatch.setattr(asked_module, "beyond_steps", lambda *_: beyond)  # what its name leaves more
-    monkeypatch.setattr(run, "fitted", lambda work, *_: whole(work.inserts[0].name))
+    monkeypatch.setattr(instead_module, "fitted", lambda work, *_: whole(work.inserts[0].name))
     work = Work(None, None, [], (), {1}, [], "", None, None, 1.0)
     base = Candidate(curve.guess.hypothesis, (), None, np.ones((4, 1)))
     round_of = Round(base, [curve, first], first, order=[first, name, elsewhere], curve=curve)
     found = Search(work, None, whole("Coulomb"), whole("Coulomb"), [round_of], [], work, lambda: False)
-    run._curve_instead(found)
+    instead_module.curve_instead(found)
     assert [outcome.winner for outcome in found.named] == [name if named else curve]
     assert found.best.held == whole("Stribeck" if named else "curve").held
     assert found.work.inserts == (name if named else curve).guess.inserts

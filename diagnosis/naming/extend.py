@@ -109,7 +109,7 @@ def _again(result: Naming, work: Work, best: Whole, i: int, made: Any) -> None:
         return
     if promised is None:
         return
-    worst: tuple[float, float, float] = (-1.0, 0.0, 0.0)
+    worst: tuple[float, float, float, str] = (-1.0, 0.0, 0.0, "")
     for name in work.played.outputs:
         time = work.played.times(i, name)
         good = (time <= stop + 1e-9 * max(1.0, stop)) & work.played.trusted(name, [i])[0]
@@ -118,6 +118,9 @@ def _again(result: Naming, work: Work, best: Whole, i: int, made: Any) -> None:
         apart = rms([(again - promised[name][0])[good]])
         size = rms([promised[name][0][good]])
         if apart / max(size, 1e-300) > worst[0]:
-            worst = apart / max(size, 1e-300), rms([again[good]]), size
+            worst = apart / max(size, 1e-300), rms([again[good]]), size, name
     agrees = bool(worst[0] <= RULES.naming.agrees)
-    result.extension |= {"fmu": worst[1], "promised": worst[2], "apart": worst[0], "agrees": agrees, "seconds": stop}
+    apart, fmu, size, output = worst  # of the output in which they are farthest apart
+    result.extension |= {
+        "output": output, "fmu": fmu, "promised": size, "apart": apart, "agrees": agrees, "seconds": stop,
+    }  # fmt: skip

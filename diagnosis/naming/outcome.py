@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
+from math import ceil, log10
 from pathlib import Path
 from typing import Any
 
@@ -41,10 +42,15 @@ class Fitted:
     low: float | None
     high: float | None
     each_run: bool = False  # one of a run alone
+    unit: str = ""  # of a variable of an FMU, where that says one
 
     def __str__(self) -> str:
-        ends = "not determined" if self.low is None else f"{self.low:.4g}, {self.high:.4g}"
-        return f"{self.name} = {self.value:.4g} [{ends}]"
+        unit = f" {self.unit}" if self.unit else ""
+        if self.low is None or self.high is None:
+            return f"{self.name} = {self.value:.4g} [not determined]{unit}"
+        apart, size = self.high - self.low, max(abs(self.low), abs(self.high))
+        digits = 4 if not 0.0 < apart < size else min(max(4, ceil(log10(size / apart)) + 2), 9)  # as many as tell the ends apart
+        return f"{self.name} = {self.value:.{digits}g} [{self.low:.{digits}g}, {self.high:.{digits}g}]{unit}"
 
 
 @dataclass
@@ -202,7 +208,7 @@ class Naming:
             told = self.extension
             if "fmu" in told:
                 agrees = "agrees" if told["agrees"] else "does not agree"
-                yield f"  {told['system']} run again on {told['log']}: error {told['fmu']:.4g}, promised {told['promised']:.4g}: it {agrees}"
+                yield f"  {told['system']} run again on {told['log']}: error of {told['output']} {told['fmu']:.4g}, promised {told['promised']:.4g}: it {agrees}"
         yield from (f"  {note}." for note in self.notes)
         yield f"  {self.effort['simulations']} simulations, {self.effort['steps_per_second']:.2g} FMU steps a second, {self.effort['elapsed']:.0f} s"
         if self.folder:

@@ -44,6 +44,17 @@ def test_a_number_that_the_logs_do_not_determine_is_told_as_such():
     """It stood there as a value like any other."""
     assert str(Fitted("a", 0.81583, None, None)) == "a = 0.8158 [not determined]"
     assert str(Fitted("a", 0.81583, 0.8, 0.9)) == "a = 0.8158 [0.8, 0.9]"
+    assert str(Fitted("a", 0.81583, None, None, unit="kg")) == "a = 0.8158 [not determined] kg"
+
+
+@pytest.mark.parametrize("size", [1.0, -1.0, 1e-12, 1e9])
+def test_the_ends_of_an_interval_are_told_apart(size):
+    """An outlet was 0.0012 [0.0012, 0.0012]."""
+    told = str(Fitted("tank.outlet", size * 1.2, *sorted((size * 1.19993, size * 1.20007)), unit="m2"))
+    value, low, high = (float(word.strip("[],")) for word in told.split()[2:5])
+    assert low < value < high and told.endswith("] m2")
+    assert high - low == pytest.approx(abs(size) * 1.4e-4, rel=0.02)
+    assert len(str(Fitted("a", 1.0, 1.0, 1.0))) < 20
 
 
 def test_the_numbers_that_were_fitted_with_what_was_found_are_told_but_for_those_of_a_run():

@@ -288,6 +288,7 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray, first
     begin = work, near, places
     while len(found.named) < RULES.naming.rounds and len(found.outcomes) < 2 * RULES.naming.rounds:
         k, numbers = len(found.outcomes), near.numbers
+        begin = begin if k else (work, near, places)
         prefix, known = PREFIX + (f"_{k + 1}" if k else ""), {n.variable for n in numbers}
         if found.outcomes and (last := found.outcomes[-1].winner) is not None:
             places = in_vanishing(work, near, places, last.values)
@@ -303,7 +304,6 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray, first
         if contest.other is not None and contest.asker is not None:
             before = contest.asker.guess, (contest.other[2], contest.asker.values)
             found, work, near, places = _anew(asked, contest.other, numbers)
-            begin = work, near, places
             again -= 1
             continue
         before = None
@@ -324,7 +324,6 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray, first
         if anew:  # found in steps that hide or feign something, it is looked for anew
             before = outcome.winner.guess, (near.values(places), outcome.winner.values)
             found, work, near, places = _anew(asked, (work, near, found.best.values), numbers)
-            begin = work, near, places
             again -= 1
             continue
         if work is not wider or _ends_beyond(near, found.best.values, places):

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from selflock.diagnosis.judge.models import PLAIN, nearest
+from selflock.diagnosis.judge.models import PLAIN, models, nearest
 from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.search.candidate import Candidate
 from selflock.diagnosis.search.hypotheses import Free, Hypothesis
@@ -68,3 +68,18 @@ def test_the_best_of_many_are_told_once_each_and_none_of_nothing(rng):
     labels = [model.label for model in nearest(outcome(many), [], best)]
     assert labels == [*(f"load law{n + 1}" for n in range(RULES.judge.open_models)), PLAIN]
     assert nearest(outcome([]), [], None) == [] == nearest(outcome(), [], None)
+
+
+@pytest.mark.parametrize("beside", [True, False])
+def test_a_rival_of_one_of_two_causes_has_the_other_as_it_was_fitted_beside_it(rng, beside):
+    """An inertia beside an arm of 0.025 m, which a mass had there, was another drive than beside its own of -0.031 m."""
+    mass = candidate("load", "mass", {"mass_error": rng.uniform(1.0, 2.0)}, 0.2)
+    arm = candidate("load", "arm", {"arm_error": 2.5}, 0.1, mass.fit.values)
+    inertia = candidate("load", "inertia", {"inertia_error": 4.0}, 0.1, {"load.arm_error": 3.1} if beside else ())
+    found = outcome([mass, inertia], causes=[mass, arm], final=arm.fit.values)
+    found.kept = [SimpleNamespace(tied=[inertia]), SimpleNamespace(tied=[])]
+    told = {model.label: model.values for model in models(found, [False, False])}
+    assert told == {
+        "load mass and load arm": dict(arm.fit.values),
+        "load inertia and load arm": {"load.inertia_error": 4.0, "load.arm_error": 3.1 if beside else 2.5},
+    }

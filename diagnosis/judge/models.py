@@ -42,10 +42,8 @@ def models(outcome: Selection, doubted: list[bool]) -> list[OpenModel]:
         likeliest = shares(candidate, stage, outcome.searched)[1:2] if alone else []
         for rival in stage.tied or [rival for rival, _ in likeliest]:
             own = {p.name: rival.fitted.values[p.name] for p in rival.free}
-            if all(
-                p.name in rival.fitted.values for c in others for p in c.free
-            ):  # it was fitted beside them: they are others there
-                own = rival.fitted.values
+            if all(p.name in rival.fitted.values for c in others for p in c.free):
+                own = rival.fitted.values  # it was fitted beside them, where they have other values
             found.append(_model(problem, _label([rival, *others]), rest | own, [rival, *others]))
         if alone:
             found.append(_model(problem, _label(others), rest, others))

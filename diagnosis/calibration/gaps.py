@@ -39,7 +39,8 @@ def behind_gaps(
     """The runs with outputs masked behind gaps for as long as these matter, with the numbers as they are given; and what is to be told."""
     found, notes = list(runs), []
     for i, run in enumerate(runs):
-        gaps = np.flatnonzero(run.behind_gaps)
+        even = run.uneven <= RULES.data.most_uneven  # else rows were written as things happened, and none is lost
+        gaps = np.flatnonzero(run.behind_gaps & even)
         own = of_run(numbers, i)
         apart = _apart(rig, parts, run, own, gaps) if len(gaps) else None
         if apart is None:

@@ -97,9 +97,8 @@ def _clock(run: MeasuredRun, rig: Rig) -> list[DataFault]:
         return faults
     steps = np.diff(run.time)
     usual = float(np.median(steps))
-    uneven = np.mean(abs(steps - usual) > RULES.data.uneven * usual)
-    if irregular := uneven > RULES.data.most_uneven:
-        detail = f"{100 * uneven:.0f} % of the steps differ from {usual:.4g} s by more than half"
+    if irregular := run.uneven > RULES.data.most_uneven:
+        detail = f"{100 * run.uneven:.0f} % of the steps differ from {usual:.4g} s by more than half"
         faults += _spans(run, "time", np.ones(len(run), bool), "irregular", detail)
     for place in np.flatnonzero(run.behind_gaps[1:] if irregular else lost(run.time)):
         detail = f"{steps[place]:.4g} s without a sample, {usual:.4g} s is usual"

@@ -62,6 +62,13 @@ class MeasuredRun:
             np.zeros(min(1, len(self)), bool), steps > RULES.data.gap * np.median(steps) if len(steps) else steps > 0.0
         )
 
+    @property
+    def uneven(self) -> float:
+        """Share of steps that differ from the usual one by more than half; beyond `most_uneven` a clock is irregular."""
+        steps = np.diff(self.time)
+        usual = float(np.median(steps)) if len(steps) else 0.0
+        return float(np.mean(abs(steps - usual) > RULES.data.uneven * usual)) if len(steps) else 0.0
+
     def head(self, samples: int) -> MeasuredRun:
         """The first samples, as a run of its own."""
         signals, good = ({name: x[:samples] for name, x in which.items()} for which in (self.signals, self.good))

@@ -80,3 +80,12 @@ def test_each_of_two_gaps_is_told(tmp_path, oscillator, rng):
     rig = oscillators.rig(tmp_path / "rig.toml", oscillator, OFF, more='inputs = "held"')
     first, second = map(until, told(calibrate(rig, [log], out=None, starts=1)))
     assert 400 * oscillators.STEP < first < 3030 * oscillators.STEP < second
+
+
+def test_of_rows_that_were_written_as_things_happened_none_is_lost(tmp_path, oscillator, rng):
+    log = gapped(tmp_path / "log.csv", oscillator, rng, (0, 0))
+    table = pd.read_csv(log)
+    table.iloc[np.sort(rng.choice(COUNT, COUNT // 2, replace=False))].to_csv(log, index=False)
+    rig = oscillators.rig(tmp_path / "rig.toml", oscillator, OFF, more='inputs = "held"')
+    result = calibrate(rig, [log], out=None, starts=1)
+    assert any(fault["kind"] == "irregular" for fault in result.faults) and told(result) == []

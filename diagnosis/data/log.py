@@ -65,9 +65,11 @@ class MeasuredRun:
     @property
     def uneven(self) -> float:
         """Share of steps that differ from the usual one by more than half; beyond `most_uneven` a clock is irregular."""
+        if len(self) < 2:
+            return 0.0
         steps = np.diff(self.time)
-        usual = float(np.median(steps)) if len(steps) else 0.0
-        return float(np.mean(abs(steps - usual) > RULES.data.uneven * usual)) if len(steps) else 0.0
+        usual = np.median(steps)
+        return float(np.mean(abs(steps - usual) > RULES.data.uneven * usual))
 
     def head(self, samples: int) -> MeasuredRun:
         """The first samples, as a run of its own."""

@@ -41,9 +41,9 @@ def models(outcome: Selection, doubted: list[bool]) -> list[OpenModel]:
         alone = weak and not stage.tied
         likeliest = shares(candidate, stage, outcome.searched)[1:2] if alone else []
         for rival in stage.tied or [rival for rival, _ in likeliest]:
-            own = {p.name: rival.fitted.values[p.name] for p in rival.free}
-            if all(p.name in rival.fitted.values for c in others for p in c.free):
-                own = rival.fitted.values  # it was fitted beside them, where they have other values
+            own = rival.fitted.values
+            if any(p.name not in own for c in others for p in c.free):  # it was not fitted beside them: they are as in the answer
+                own = {p.name: own[p.name] for p in rival.free}
             found.append(_model(problem, _label([rival, *others]), rest | own, [rival, *others]))
         if alone:
             found.append(_model(problem, _label(others), rest, others))

@@ -132,8 +132,7 @@ def _intervals(work: Work, best: Whole) -> dict[str, Fitted]:
     """All numbers with their 95 % intervals, of what taught."""
     problem, end = best.problem, best.end
     own = {n.name for n in problem.numbers if n.run is not None}
-    unit = lambda name: v.unit if (v := work.parts.variables.get(name)) else ""
-    found = {name: Fitted(name, value, None, None, name in own, unit(name)) for name, value in best.values.items()}
+    found = {name: Fitted(name, value, None, None, name in own, work.parts.unit(name)) for name, value in best.values.items()}
     if end.misfit is None or not problem.free:
         return found
     slopes = Slopes(problem.misfit, problem.free)  # to both sides, where those of the fit were to one

@@ -58,7 +58,7 @@ def curve(one: FreeCurve, found: Search) -> Plots:
         if at.any():
             named = np.array([law.still(p, float(u)) for u in x])
             marks.append(line(x, own_shape(x, named, knots, at, errors), first.law, AFTER))
-    unit = lambda name: v.unit if (v := found.work.parts.variables.get(name)) else ""
+    unit = found.work.parts.unit
     means = f"{'share of' if one.multiplies else 'added to'} {one.place}, but for a straight line"
     return [{"x": axis(one.over, unit(one.over)), "y": axis(means, "" if one.multiplies else unit(one.place)), "marks": marks}]
 

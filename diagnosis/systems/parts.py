@@ -91,6 +91,10 @@ class Parts:
         """The component that a variable belongs to."""
         return self.system.split(name, str(self.rig.path))[0]
 
+    def unit(self, name: str) -> str:
+        """The unit that an FMU says of its variable; "" of what says none, or is none."""
+        return variable.unit if (variable := self.variables.get(name)) else ""
+
     def check(self, names) -> None:
         """Refuse columns that are no variables of the system, or none that a log can hold."""
         for name in names:

@@ -14,7 +14,8 @@ from selflock.diagnosis.search.hypotheses import Free, Hypothesis
 from selflock.diagnosis.search.selection import Selection, together
 from selflock.diagnosis.search.step import Stage
 
-BLOCKS = 36
+from .sets import BLOCKS, Sets
+
 ALONE = {"": 20.0, "mass": 5.0, "arm": 6.0, "inertia": 12.0, "scale": 7.0}
 PAIRS = {"arm mass": 1.0, "inertia mass": 1.0, "arm inertia": 1.0, "arm scale": 4.0, "mass scale": 4.0}
 
@@ -23,10 +24,9 @@ def hypothesis(name):
     return Hypothesis("load", name, (Free(name, 0.0, 0.0, 1.0),))
 
 
-class Problem:
+class Problem(Sets):
     """What an outcome asks of one, of a load of which each set of names leaves what it is given here."""
 
-    base_free = ()
     rows, blocks = np.ones(BLOCKS, bool), np.arange(BLOCKS)
 
     def __init__(self, rng, left, ends):
@@ -37,16 +37,6 @@ class Problem:
         left = self.left[" ".join(sorted(start))] * self.noise
         values = {name: self.ends.get(name, 0.5) for name in start}
         return Fit(tuple(free), values, left, 1e3 * self.slopes[:, : len(free)], np.ones(BLOCKS))
-
-    def with_these(self, causes, fitted):
-        free = tuple(p for c in causes for p in c.free)
-        return self.fit(free, {p.name: fitted.values[p.name] for p in free})
-
-    def held_out(self, fitted):
-        return fitted.misfit
-
-    def block_loss(self, misfit):
-        return misfit[:, None]
 
     def alike(self, a, b):
         return np.allclose(a.misfit, b.misfit)

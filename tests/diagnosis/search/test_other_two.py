@@ -15,7 +15,8 @@ from selflock.diagnosis.search.hypotheses import Free, Hypothesis
 from selflock.diagnosis.search.selection import ForwardSelection, together
 from selflock.diagnosis.search.step import Stage
 
-BLOCKS = 36
+from .sets import BLOCKS, Sets
+
 LEFT = {"constant": 5.0, "mass": 6.0, "inertia": 8.0, "constant inertia": 1.3, "inertia mass": 1.0, "constant mass": 4.0}
 """What each alone leaves, and two: a constant stands for a mass and an inertia better than either, and not as well as both."""
 
@@ -24,10 +25,8 @@ def hypothesis(name):
     return Hypothesis("drive", name, (Free(name, 0.0, 0.0, 1.0),))
 
 
-class Problem:
+class Problem(Sets):
     """What a selection asks of one."""
-
-    base_free = ()
 
     def __init__(self, rng, left):
         self.blocks, self.left = rng.uniform(0.9, 1.1, BLOCKS), left
@@ -36,16 +35,6 @@ class Problem:
         return Fit(
             tuple(free), dict(start), self.left[" ".join(sorted(start))] * self.blocks, np.ones((BLOCKS, 1)), np.ones(BLOCKS)
         )
-
-    def with_these(self, causes, fitted):
-        free = tuple(p for c in causes for p in c.free)
-        return self.fit(free, {p.name: fitted.values[p.name] for p in free})
-
-    def held_out(self, fitted):
-        return fitted.misfit
-
-    def block_loss(self, misfit):
-        return misfit[:, None]
 
 
 class Search(ForwardSelection):

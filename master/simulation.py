@@ -91,8 +91,8 @@ def run(
         if error.args:
             raise
         raise stops.error("The run", "it had not begun") from None
-    except PartFailed as error:  # an FMU in Python meets the interrupt while it is made, and there is none
-        if not stops.asked or error.result is not None:
+    except Exception as error:  # an FMU in Python, or a compiler, met the interrupt while it was made, and there is none
+        if not stops.asked or getattr(error, "result", None) is not None:
             raise
         raise stops.error("The run", "it had not begun") from None
 
@@ -141,11 +141,11 @@ def _simulate(running: Running) -> Result:
     try:
         try:
             running.start()
-        except (KeyboardInterrupt, PartFailed) as error:
+        except (KeyboardInterrupt, Exception) as error:
             if stopped := running.stopped(error):
                 raise stopped from None
             raise
-        with failing(running), ready(running):
+        with failing(running):
             _go(running)
         with failing(running):
             running.recorder.check(running.time)
@@ -263,7 +263,7 @@ class failing:
     def __exit__(self, kind, error, trace):
         running = self.running
         if (
-            isinstance(error, (KeyboardInterrupt, PartFailed))
+            isinstance(error, (KeyboardInterrupt, Exception))  # a compiler that met Ctrl-C in its C has an error of its own
             and not isinstance(error, RunInterrupted)
             and (stopped := running.stopped(error))
         ):

@@ -83,8 +83,11 @@ class Stops:
             before(number, frame)
 
     def _lose(self, lost: Any) -> None:
-        """An exception that cannot go on, as through C that called Python, such as a compiler's: the user's comes from `obey`."""
-        if not (self.asked and issubclass(lost.exc_type, KeyboardInterrupt)):
+        """An exception that cannot go on, as through C that called Python, such as a compiler's: the user's comes from `obey`.
+
+        What a compiler was torn from is asked for once more by its C, and is gone: that is the user's, too.
+        """
+        if not (self.asked and issubclass(lost.exc_type, (KeyboardInterrupt, ReferenceError))):
             self._lost(lost)
 
     def __exit__(self, *_: object) -> None:

@@ -231,7 +231,7 @@ class Waits(Small):
         self.values["t"] = time + size
 
     def hear(self, time, size):
-        """Ctrl-C in the middle of a step: as it comes, as an FMU in Python tells it, or lost on its way."""
+        """Ctrl-C in the middle of a step: as it comes, as an FMU in Python tells it, or a compiler, or lost on its way."""
         try:
             os.kill(os.getpid(), signal.SIGINT)
             for _ in range(1000):  # it comes within a few lines
@@ -239,6 +239,8 @@ class Waits(Small):
         except KeyboardInterrupt:
             if self.heard == "told":
                 raise PartFailed(self.name, time, size, "Error", {}, ["Traceback: KeyboardInterrupt"], "") from None
+            if self.heard == "torn":
+                raise RuntimeError("no compiled object yet") from None
             if self.heard == "as it comes":
                 raise
 

@@ -141,7 +141,7 @@ def test_a_last_line_without_an_end(tmp_path, warned):
     assert files.read(path, whole=True)[0]["m.x"].to_list() == [1.5, 2.25, 3.12]  # a person's, who needs no line break
 
 
-@pytest.mark.parametrize("heard", ["as it comes", "told", "lost"])
+@pytest.mark.parametrize("heard", ["as it comes", "told", "torn", "lost"])
 @pytest.mark.parametrize("ending", [None, "csv", "parquet"])
 def test_ctrl_c_is_the_user_whoever_meets_it(system, tmp_path, heard, ending, monkeypatch):
     monkeypatch.setattr(small_parts.Waits, "heard", heard)
@@ -156,11 +156,12 @@ def test_ctrl_c_is_the_user_whoever_meets_it(system, tmp_path, heard, ending, mo
         assert master.read(path)[0]["w.t"].to_numpy() == pytest.approx(0.1 * np.arange(round(at / 0.1) + 1))
 
 
-def test_ctrl_c_is_the_user_while_an_fmu_is_made(system, monkeypatch):
+@pytest.mark.parametrize("heard", ["told", "torn"])
+def test_ctrl_c_is_the_user_while_an_fmu_is_made(system, heard, monkeypatch):
     class Unborn(small_parts.Waits):
         def __init__(self, name, **options):
             super().__init__(name, **options)
-            self.heard = "told"
+            self.heard = heard
             self.hear(0.0, 0.0)
 
     monkeypatch.setattr(small_parts, "Unborn", Unborn, raising=False)

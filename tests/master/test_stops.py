@@ -3,6 +3,7 @@
 import ctypes
 import signal
 import sys
+import weakref
 
 import pytest
 
@@ -23,5 +24,6 @@ def test_ctrl_c_that_c_swallowed_ends_the_work_without_a_traceback(within_c, mon
         within_c()
         with pytest.raises(KeyboardInterrupt):
             stops.obey()
+        ctypes.CFUNCTYPE(None)(lambda: weakref.proxy(Stops()).asked)()
         ctypes.CFUNCTYPE(None)(lambda: 1 / 0)()
     assert [one.exc_type for one in told] == [ZeroDivisionError] and sys.unraisablehook is hook

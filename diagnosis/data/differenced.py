@@ -56,11 +56,12 @@ def _of_angle(runs: list[SpeedRows], own: float) -> int:
     that turned by so few counts that a clock a twentieth off hides none of them.
     """
     rules, found = RULES.residuals, []
+    if any(run.angle is None for run in runs) or not _counted(runs, own):
+        return 0
     for rows in range(1, RULES.search.differenced + 1):
         left = [np.zeros(0)]
         for run in runs:
-            if run.angle is None:
-                return 0
+            assert run.angle is not None
             took = run.time[rows:] - run.time[:-rows]
             turned, said = run.angle[rows:] - run.angle[:-rows], run.x[rows:] * took
             few = (abs(turned) > 0.5 * own) & (abs(turned) < rules.few_counts * own)
@@ -70,6 +71,23 @@ def _of_angle(runs: list[SpeedRows], own: float) -> int:
             found.append((float(np.quantile(abs(off), 0.9)) / rules.normal_tenth, rows))
     least, rows = min(found, default=(np.inf, 0))
     return rows if least < 0.5 * own / np.sqrt(6.0) else 0
+
+
+def _counted(runs: list[SpeedRows], own: float) -> bool:
+    """Whether angles are numbers of `own` counts. The values of a simulated one have a least step, too, such as it creeps by.
+
+    From row to row they change by some whole numbers of counts; or, where they hardly ever change by more, by one after a rest.
+    """
+    rules = RULES.residuals
+    steps = [abs(np.diff(run.angle)) / own for run in runs if run.angle is not None]
+    sound = [run.good[1:] & run.good[:-1] for run in runs]
+    each = np.concatenate([step[trusted] for step, trusted in zip(steps, sound)])
+    some = each[(each > 1.5) & (each < rules.few_counts)]
+    if len(some) > rules.noise_samples:
+        return bool(np.mean(abs(some - np.round(some))) < rules.on_steps)
+    rests = [np.pad(step < rules.on_steps, 1, constant_values=True) for step in steps]
+    alone = np.concatenate([(rest[:-2] | rest[2:])[(step > 0.5) & trusted] for rest, step, trusted in zip(rests, steps, sound)])
+    return bool(len(alone)) and bool(np.mean(alone) > 0.5)
 
 
 def over_losses(time: np.ndarray, rows: int) -> np.ndarray:

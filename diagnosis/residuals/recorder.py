@@ -26,8 +26,13 @@ def counts(name: str, ch: Channels) -> tuple[float, int]:
         if name in ANGLE_OF:
             ch.memory[key] = _together(name, ch) or _alone(name, ch)
         else:
-            ch.memory[key] = resolution(ch.raw(name)[ch.good(name)]), 0
+            ch.memory[key] = _finest(name, [replace(ch, run=run, take=None) for run in ch.beside] or [ch]), 0
     return ch.memory[key]
+
+
+def _finest(name: str, runs: list[Channels]) -> float:
+    """The least step between a channel's values in any run: who turned fast alone passed over every other count."""
+    return min((resolution(ch.raw(name)[ch.good(name)]) for ch in runs if ch.has(name)), default=0.0)
 
 
 def _together(name: str, ch: Channels) -> tuple[float, int] | None:
@@ -50,14 +55,13 @@ def _alone(name: str, ch: Channels) -> tuple[float, int]:
 
 def _difference(name: str, runs: list[Channels]) -> tuple[float, int]:
     angle = ANGLE_OF[name]
-    own = [resolution(ch.raw(angle)[ch.good(angle)]) for ch in runs if ch.has(angle)]
     told = [
         SpeedRows(ch.raw(name), ch.good(name) & ch.good(angle), ch.run.time, ch.raw(angle))
         if ch.has(angle)
         else SpeedRows(ch.raw(name), ch.good(name), ch.run.time)
         for ch in runs
     ]
-    return difference(told, float(np.median(own)) if own else 0.0)
+    return difference(told, _finest(angle, runs))
 
 
 def over_lost_rows(name: str, ch: Channels) -> np.ndarray:

@@ -1,9 +1,18 @@
 """Over how many rows a speed is a difference of counts is read from what its spectrum lacks, whatever the log has lost."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from selflock.diagnosis.data.differenced import SpeedRows, difference, over_losses
+from selflock.diagnosis.data.log import MeasuredRun
+from selflock.diagnosis.data.rig import LogColumn, Rig
+from selflock.diagnosis.data.values import resolution
+from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
+from selflock.diagnosis.residuals.recorder import counts
+
+from .test_row_by_row import DRIVE
 
 STEP, COUNT, LENGTH = 1e-3, 2.0 * np.pi / 4000.0, 8000
 
@@ -58,6 +67,18 @@ def test_a_difference_is_told_by_its_angle_whatever_the_clock_says(rng, rows):
     assert difference([run], count)[1] == rows
 
 
+def test_a_simulated_angle_that_creeps_is_no_number_of_counts(rng):
+    """It creeps by nearly the same in most rows, which is then the least step between its values; its speed is no difference."""
+    time = STEP * np.arange(LENGTH)
+    x = 1e-6 * (1.0 + 1e-3 * np.sin(time)) + np.where(
+        abs(time - 4.0) < 0.5, np.cos(np.pi * (time - 4.0)) ** 2 * rng.uniform(1.0, 9.0), 0.0
+    )
+    angle = np.cumsum(x) * STEP
+    own = resolution(angle)
+    assert own < 1.1e-9
+    assert difference([SpeedRows(x, np.ones(LENGTH, bool), time, angle)], own) == (0.0, 0)
+
+
 def test_what_is_no_difference_is_told_as_none(rng):
     time, x = speed(rng, 0)
     assert difference([SpeedRows(x + 0.1 * rng.standard_normal(LENGTH), np.ones(LENGTH, bool), time)]) == (0.0, 0)
@@ -70,6 +91,23 @@ def test_runs_tell_together_what_each_is_too_short_to_tell(rng):
     runs = [SpeedRows(x[part], np.ones(200, bool), time[part]) for part in pieces]
     assert np.mean([difference([run])[1] == 5 for run in runs]) < 0.9
     assert difference(runs)[1] == 5
+
+
+def test_a_run_that_passes_over_every_other_count_has_the_encoder_of_the_others(rng):
+    """It turns two counts a row; the other, slower, tells what they are, and both that its speed is a difference over 10 rows."""
+    time, rows, count = STEP * np.arange(LENGTH), 10, 2.0 * np.pi / 12738.0
+    slow = rng.uniform(0.5, 2.0) * np.sin(2.0 * np.pi * rng.uniform(0.05, 0.2) * time)
+    runs = []
+    for angle in (count * np.floor(slow / count), 2.0 * count * np.arange(LENGTH)):
+        x = np.append(np.zeros(rows), angle[rows:] - angle[:-rows]) / (rows * STEP)
+        signals = {"reducer.input_angle": angle, "reducer.input_speed": x, "motor.voltage": np.sin(time)}
+        runs.append(MeasuredRun("log.csv", "", np.arange(LENGTH), time, signals))
+    columns = tuple(LogColumn(name, name) for name in runs[0].signals)
+    rig = Rig(Path("rig.toml"), "bot", "forward", columns, DRIVE, time=LogColumn("time", "time"))
+    bench = DriveExperiment(rig, runs)
+    for run in (0, 1):
+        assert counts("reducer.input_angle", bench.channels[run, ""])[0] == pytest.approx(count, rel=1e-6)
+        assert counts("reducer.input_speed", bench.channels[run, ""]) == (pytest.approx(count, rel=1e-6), rows)
 
 
 def test_rows_whose_difference_goes_over_lost_rows(rng):

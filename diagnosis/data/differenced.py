@@ -74,20 +74,25 @@ def _of_angle(runs: list[SpeedRows], own: float) -> int:
 
 
 def _counted(runs: list[SpeedRows], own: float) -> bool:
-    """Whether angles are numbers of `own` counts. The values of a simulated one have a least step, too, such as it creeps by.
+    """Whether angles may be numbers of counts. The values of a simulated one have a least step, too: that by which it creeps.
 
-    From row to row they change by some whole numbers of counts; or, where they hardly ever change by more, by one after a rest.
+    It goes on by that in most rows in which it goes on by little, and in others by any part of it. An encoder's goes on by whole
+    numbers of counts; or, where that is one at a time, after a rest; and where it hardly ever goes on by one, `own` is several.
     """
     rules = RULES.residuals
     steps = [abs(np.diff(run.angle)) / own for run in runs if run.angle is not None]
     sound = [run.good[1:] & run.good[:-1] for run in runs]
     each = np.concatenate([step[trusted] for step, trusted in zip(steps, sound)])
-    some = each[(each > 1.5) & (each < rules.few_counts)]
-    if len(some) > rules.noise_samples:
-        return bool(np.mean(abs(some - np.round(some))) < rules.on_steps)
+    few = each[(each > 0.5) & (each < rules.few_counts)]
+    ones = abs(few - 1.0) < rules.on_steps
+    if 2 * ones.sum() <= len(few):
+        return True
+    others = few[~ones]
+    if len(others) > rules.noise_samples:
+        return bool(np.mean(abs(others - np.round(others))) < rules.on_steps)
     rests = [np.pad(step < rules.on_steps, 1, constant_values=True) for step in steps]
-    alone = np.concatenate([(rest[:-2] | rest[2:])[(step > 0.5) & trusted] for rest, step, trusted in zip(rests, steps, sound)])
-    return bool(len(alone)) and bool(np.mean(alone) > 0.5)
+    alone = [(rest[:-2] | rest[2:])[(step > 0.5) & trusted] for rest, step, trusted in zip(rests, steps, sound)]
+    return bool(np.mean(np.concatenate(alone)) > 0.5)
 
 
 def over_losses(time: np.ndarray, rows: int) -> np.ndarray:

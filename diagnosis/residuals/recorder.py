@@ -26,13 +26,19 @@ def counts(name: str, ch: Channels) -> tuple[float, int]:
         if name in ANGLE_OF:
             ch.memory[key] = _together(name, ch) or _alone(name, ch)
         else:
-            ch.memory[key] = _finest(name, [replace(ch, run=run, take=None) for run in ch.beside] or [ch]), 0
+            own = resolution(ch.raw(name)[ch.good(name)])
+            ch.memory[key] = _finest(name, [replace(ch, run=run, take=None) for run in ch.beside], own), 0
     return ch.memory[key]
 
 
-def _finest(name: str, runs: list[Channels]) -> float:
-    """The least step between a channel's values in any run: who turned fast alone passed over every other count."""
-    return min((resolution(ch.raw(name)[ch.good(name)]) for ch in runs if ch.has(name)), default=0.0)
+def _finest(name: str, runs: list[Channels], own: float) -> float:
+    """The least step between a channel's values in any run, of which every run's is some: who turned fast passed over every other count.
+
+    Else `own`: of values that lie anywhere the least step says little, and that of another run nothing.
+    """
+    steps = [resolution(ch.raw(name)[ch.good(name)]) for ch in runs if ch.has(name)]
+    least = min(steps, default=0.0)
+    return least if least > 0.0 and all(abs(s / least - round(s / least)) < RULES.residuals.on_a_count for s in steps) else own
 
 
 def _together(name: str, ch: Channels) -> tuple[float, int] | None:
@@ -61,7 +67,8 @@ def _difference(name: str, runs: list[Channels]) -> tuple[float, int]:
         else SpeedRows(ch.raw(name), ch.good(name), ch.run.time)
         for ch in runs
     ]
-    return difference(told, _finest(angle, runs))
+    own = [resolution(ch.raw(angle)[ch.good(angle)]) for ch in runs if ch.has(angle)]
+    return difference(told, _finest(angle, runs, float(np.median(own)) if own else 0.0))
 
 
 def over_lost_rows(name: str, ch: Channels) -> np.ndarray:

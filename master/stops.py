@@ -43,7 +43,7 @@ class Stops:
         self.seconds = seconds
         self.asked = self.time_up = False
         self._timer: threading.Timer | None = None
-        self._over, self._lock = False, threading.Lock()
+        self._over, self._calm, self._lock = False, False, threading.Lock()
 
     def __enter__(self) -> Stops:
         self._before: dict[int, Any] = {}
@@ -64,7 +64,7 @@ class Stops:
     def _ring(self) -> None:
         with self._lock:
             ident = threading.main_thread().ident
-            if self._over or ident is None:
+            if self._over or self._calm or ident is None:
                 return
             self.time_up = self.asked = True
             if signal.SIGINT in self._before and hasattr(signal, "pthread_kill"):
@@ -99,6 +99,15 @@ class Stops:
             self._timer.cancel()
         for number, before in self._before.items():
             signal.signal(number, before)
+
+    @contextmanager
+    def calm(self) -> Iterator[None]:
+        """What is done in here the time limit does not interrupt, nor anything behind it where it passes meanwhile; Ctrl-C does."""
+        before, self._calm = self._calm, True
+        try:
+            yield
+        finally:
+            self._calm = before
 
     def obey(self) -> None:
         """End the work where an exception that should have ended it got lost on its way, or none comes here."""

@@ -130,12 +130,13 @@ class Contest:
                 raise
             outcome.fitted = distinct(self.fitted)
         outcome.looked = len({guess.label for _, guess in self.looks.ways})
-        if outcome.fitted:
-            self._judge(outcome, rng)
-            if (curve := outcome.curve) and curve.guess.place and self.told_by_curve([curve]):
-                outcome.only = curve.guess.place, curve.guess.over[0]
-                only_beside(outcome)
-        self.played.extend(self.inserts)
+        with self.enough.answering():
+            if outcome.fitted:
+                self._judge(outcome, rng)
+                if (curve := outcome.curve) and curve.guess.place and self.told_by_curve([curve]):
+                    outcome.only = curve.guess.place, curve.guess.over[0]
+                    only_beside(outcome)
+            self.played.extend(self.inserts)
         return outcome
 
     def _stages(self, outcome: Round) -> None:
@@ -298,7 +299,7 @@ class Contest:
         for ways in chosen(self.looks.ways, stage):
             todo += [(guess, self._start(way, guess), way) for way, guess in ways[: starts(ways[0][1])]]
         for k, (guess, start, way) in enumerate(todo):
-            if found and self.enough():
+            if (found or stage != g.PLAIN) and self.enough():
                 break
             self.tell(f"fits: {guess.label}{self.so_far(found)}", 0.45 + 0.3 * k / len(todo))
             if (rival := self.fit(guess, self.values | start, way)) is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 
 from selflock.master.stops import Stops
 
@@ -17,6 +18,10 @@ class Limit:
     def __call__(self) -> bool:
         self.cut = self.cut or self._over or self._enough()
         return self.cut
+
+    def answering(self) -> AbstractContextManager[None]:
+        """What was fitted is judged, or told: that is the answer, which comes a little later rather than never."""
+        return nullcontext() if self._stops is None else self._stops.calm()
 
     def ends(self) -> bool:
         """Whether an interrupt is the time limit's own. Then it ends the search alone: what follows is asked for, and is told."""

@@ -96,6 +96,7 @@ class NextInputs:
     seed: int
     tried: int
     units: dict[str, str]
+    again: bool = False  # whether these are the inputs of the longest log, which tell most
     folder: Path | None = None
     files: list[str] = field(default_factory=list)
 
@@ -124,6 +125,10 @@ class NextInputs:
                 if i < j and min(self.more[i, j], self.more[j, i]) <= RULES.search.matters
             ]
             lines.append(f"  {told}: not enough. Under no inputs that were tried within these limits differ {'; '.join(alike)}")
+        if self.again:
+            lines.append(
+                f"  none of the {self.tried} runs that were drawn tells more than the longest log's own inputs: these are planned"
+            )
         if self.folder:
             lines.append(f"  inputs: {self.folder / 'plan.csv'}")
         return "\n".join(lines)
@@ -184,16 +189,20 @@ def plan_system(
     time = step * np.arange(max(2, int(round(duration / step)) + 1))
     rng, rules = np.random.default_rng(seed), RULES.planning
     inputs = [drawn(rng, ranges, len(time), rig.inputs == SMOOTH) for _ in range(rules.drawn_inputs)]
-    inputs.append({name: np.resize(longest.signals[name], len(time)) for name in channels})  # as they were
+    inputs.append({name: np.resize(longest.signals[name], len(time)) for name in channels})  # as they were: the last
     least_of = lambda name: RULES.pipeline.fine * float(np.std(longest.signals[name])) if name in longest.signals else 0.0
     noise = {name: max(size, least_of(name)) or 1.0 for name, size in told["noise"].items()}
     more = compared(rig, parts, models, inputs, time, noise, tell)
-    if not np.isfinite(more[:-1]).all((1, 2)).any():
+    inside = all(low <= inputs[-1][name].min() and inputs[-1][name].max() <= high for name, (low, high) in ranges.items())
+    allowed = more if inside else more[:-1]
+    if not np.isfinite(allowed).all((1, 2)).any():
         raise DataError(f"{rig.path}: no inputs within these limits could be simulated with every model. Narrow them.")
-    best = int(np.argmax([least(one) if np.isfinite(one).all() else -1.0 for one in more[:-1]]))
+    best = int(np.argmax([least(one) if np.isfinite(one).all() else -1.0 for one in allowed]))
+    given = {one for model in models for insert in model.inserts for one in (insert.over, insert.beside)}
+    heard = {name: x for name, x in inputs[best].items() if name in parts.variables or name in given}  # else nobody would notice
     units = {name: parts.variables[name].unit for name in channels if name in parts.variables}
     labels = [model.label for model in models]
-    return NextInputs(rig, labels, time, inputs[best], more[best], more[-1], seed, rules.drawn_inputs, units)
+    return NextInputs(rig, labels, time, heard, more[best], more[-1], seed, rules.drawn_inputs, units, best == len(more) - 1)
 
 
 def ranged(

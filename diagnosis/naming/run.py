@@ -87,18 +87,20 @@ def name_system(
         work = Work(rig, parts, runs, numbers, set(), rows, "", layout, played, parts.system.run.step, kept, opened=opened)
         work.judges, work.rows, work.words = division(work.problem(), held, [layout.block(i) for i in range(len(runs))])
         played.rounded = work.rounded
-        found = _searched(work, tell, starts, seed, kinds, enough or Limit())
-        result = told_of(found, seed)
-        result.faults, result.notes = [fault.row() for fault in faults], behind + result.notes
-        result.effort["elapsed"] = time.monotonic() - begun
-        if out is not None:
-            near = lambda path: Path(os.path.relpath(path, out)).as_posix()
-            logs_of = [run.source for i, run in enumerate(runs) if run.source and not held[i]]
-            result.sources = {"rig": near(rig.path), "logs": list(dict.fromkeys(map(near, logs_of)))}
-            tell("report", 0.95)
-            extend(result, found.work, found.best, out)
+        enough = enough or Limit()
+        found = _searched(work, tell, starts, seed, kinds, enough)
+        with enough.answering():
+            result = told_of(found, seed)
+            result.faults, result.notes = [fault.row() for fault in faults], behind + result.notes
             result.effort["elapsed"] = time.monotonic() - begun
-            write(result, found, out)
+            if out is not None:
+                near = lambda path: Path(os.path.relpath(path, out)).as_posix()
+                logs_of = [run.source for i, run in enumerate(runs) if run.source and not held[i]]
+                result.sources = {"rig": near(rig.path), "logs": list(dict.fromkeys(map(near, logs_of)))}
+                tell("report", 0.95)
+                extend(result, found.work, found.best, out)
+                result.effort["elapsed"] = time.monotonic() - begun
+                write(result, found, out)
     return result
 
 
@@ -308,7 +310,8 @@ def _rounds(asked: Asked, work: Work, near: Extending, places: np.ndarray, first
             continue
         before = None
         found.outcomes.append(outcome)
-        wider = _chosen(found, outcome, near.fixed)
+        with enough.answering():
+            wider = _chosen(found, outcome, near.fixed)
         if wider is None or outcome.winner is None or enough():
             break
         begun, (near, places) = places, widened(near, outcome.winner, wider)

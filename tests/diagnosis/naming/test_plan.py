@@ -72,6 +72,23 @@ def test_what_acts_alike_under_all_inputs_is_told_as_that(named, tmp_path):
     assert "Under no inputs" in result.summary() and "constant on heater and constant on body" in result.summary()
 
 
+@pytest.mark.parametrize("limits", [{}, {"relaxation.u": "-0.01:0.01"}], ids=["as far as the log went", "narrower"])
+def test_where_no_run_that_was_drawn_tells_more_the_logs_own_inputs_are_planned(named, tmp_path, monkeypatch, limits):
+    """Unless they leave the limits; and what neither an FMU nor a law is given is no part of a plan."""
+    of_hardest = lambda inputs: np.append(np.linspace(0.02, 0.03, len(inputs) - 1), 0.2)
+    as_told = lambda rig, parts, models, inputs, *rest: np.repeat(of_hardest(inputs), 4).reshape(-1, 2, 2)
+    monkeypatch.setattr("selflock.diagnosis.naming.plan.compared", as_told)
+    folder = named(model("cubic", -0.05, "heater", "relaxation.x"), model("drag", -0.06, "heater", "relaxation.x"))
+    rig = tmp_path / "rig.toml"
+    rig.write_text(rig.read_text().replace("[columns]", '[columns]\n"weather.wind" = "wind"'))
+    log = pd.read_csv(tmp_path / "log.csv")
+    log.assign(wind=np.sin(np.arange(len(log)))).to_csv(tmp_path / "log.csv", index=False)
+    result = plan(folder, limits, None)
+    assert list(result.inputs) == ["relaxation.u"] and result.again == (not limits)
+    assert ("the longest log's own inputs" in result.summary()) == (not limits)
+    assert least(result.more) == pytest.approx(0.03 if limits else 0.2) and least(result.usual) == pytest.approx(0.2)
+
+
 def test_what_cannot_be_planned_is_a_sentence(named, tmp_path):
     folder = named(model("cubic", -0.05, "heater", "relaxation.x"))
     with pytest.raises(DataError, match="nothing does as well"):

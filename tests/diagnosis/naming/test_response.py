@@ -1,5 +1,6 @@
 """What is added at a place, and how outputs answer it, held against the simulation of the very same; and steps of two sizes."""
 
+from contextlib import nullcontext
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -28,6 +29,7 @@ from selflock.diagnosis.naming.work import Work
 from selflock.diagnosis.residuals.blocks import Blocks
 from selflock.diagnosis.search.screen import Direction
 from selflock.diagnosis.systems.parts import Parts
+from selflock.master.stops import Stops
 
 TANKS = """
 [run]
@@ -272,7 +274,7 @@ def test_whenever_time_is_up_there_is_an_answer(tmp_path, native, monkeypatch, a
     rng = np.random.default_rng(1)
     for log in ("log.csv", "test.csv"):
         hidden.body(rng, 200, read=lambda t, x: np.minimum(x, 0.5)).to_csv(tmp_path / log, index=False)
-    stops = SimpleNamespace(time_up=False, asked=False)
+    stops = SimpleNamespace(time_up=False, asked=False, calm=nullcontext)
 
     def tell(what, share):
         if at in what and not stops.time_up:
@@ -303,6 +305,29 @@ def test_time_that_is_up_when_all_was_looked_at_has_stopped_nothing(tmp_path, na
     logs = [tmp_path / "log.csv"], [tmp_path / "test.csv"]
     result = run.name_system(load(rig), *logs, None, lambda what, share: None, 1, 0, ("path",), None, limit)
     assert late and not result.stopped and limit() and limit.cut
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("at", ["chance", "report"])
+def test_time_that_is_up_while_the_answer_is_made_loses_nothing_of_it(tmp_path, native, at):
+    """What was found was held against chance when the time was up, and nothing was told of it; or its page was half written."""
+    from selflock.diagnosis.naming import run
+
+    rig, rung = hidden.rig(tmp_path, native("relaxation")), []
+    for k, log in enumerate(("log.csv", "test.csv")):
+        hidden.body(np.random.default_rng(k), 200, read=lambda t, x: np.minimum(x, 0.5)).to_csv(tmp_path / log, index=False)
+    logs = [tmp_path / "log.csv"], [tmp_path / "test.csv"]
+    with Stops() as stops:
+
+        def tell(what, share):
+            if at in what and not rung:
+                rung.append(what)
+                stops._ring()
+
+        limit = Limit(lambda: bool(rung), stops)
+        result = run.name_system(load(rig), *logs, tmp_path / "out", tell, 1, 0, ("path",), None, limit)
+    assert rung and result.causes[0].law.startswith("saturation") and result.stopped == (at == "chance")
+    assert (tmp_path / "out" / "report.html").exists() and (tmp_path / "out" / "naming.json").exists()
 
 
 def test_an_interrupt_that_is_not_the_limits_ends_all(tmp_path, native):

@@ -143,7 +143,8 @@ def _intervals(work: Work, best: Whole) -> dict[str, Fitted]:
     for n, place, error, free in zip(problem.free, end.places, errors, loose):
         if not free:
             ends = n.at(max(0.0, place - width * error)), n.at(min(1.0, place + width * error))
-            found[n.name] = replace(found[n.name], low=min(ends), high=max(ends))
+            at_end = not RULES.calibrate.bound <= place <= 1.0 - RULES.calibrate.bound
+            found[n.name] = replace(found[n.name], low=min(ends), high=max(ends), at_end=at_end)
     return found
 
 

@@ -383,18 +383,18 @@ def parameters(scene: Scene, taken_names: set[str], values: dict[str, dict], fel
 def shifts(scene: Scene, place: Place) -> Iterator[tuple[Insert, float, str]]:
     """What an event may add to a place while it lasts: something constant, or in proportion to a variable of its component.
 
-    The latter as of a part that was exchanged, or of an open lid. As (correction, how large its amplitude may be, words).
+    The latter as of a part that was exchanged, or of an open lid. As (correction, how large its amplitude may be, words). What a loop
+    holds varies by little, and an open window takes several times as much: it may be the reach of a law's of a place of that reach.
     """
-    spread = scene.spread(place)
-    yield Insert(scene.prefix, place, "constant"), 3.0 * spread, ""
+    most = RULES.naming.reach**2 * scene.spread(place)
+    yield Insert(scene.prefix, place, "constant"), most, ""
     component = scene.parts.owner(place.variable)
     mine = lambda name: not name or (name in scene.parts.variables and scene.parts.owner(name) == component)
     singles = [(name, what, "") for name, what in scene.variables(place) if what == law.VALUE and mine(name)]
     for over, what, beside in (*singles[: RULES.naming.gated], *scene.differences(place)[: RULES.naming.gated]):
         table, _ = curve(scene, place, over, what, False, beside)
         one = replace(table, law="proportional", points=0, fixed=table.fixed[:2])
-        most = RULES.naming.reach * RULES.naming.reach * spread / float(abs(scene.joined(over, what, beside)).max())
-        yield one, most, f", in proportion to {one.goes_with}"
+        yield one, most / float(abs(scene.joined(over, what, beside)).max()), f", in proportion to {one.goes_with}"
 
 
 def events(

@@ -43,6 +43,7 @@ class Fitted:
     high: float | None
     each_run: bool = False  # one of a run alone
     unit: str = ""  # of a variable of an FMU, where that says one
+    at_end: bool = False  # of the range in which it was looked for: it may be more
 
     def __str__(self) -> str:
         unit = f" {self.unit}" if self.unit else ""
@@ -50,7 +51,8 @@ class Fitted:
             return f"{self.name} = {self.value:.4g} [not determined]{unit}"
         apart, size = self.high - self.low, max(abs(self.low), abs(self.high))
         digits = 4 if not 0.0 < apart < size else min(max(4, ceil(log10(size / apart)) + 2), 9)  # as many as tell the ends apart
-        return f"{self.name} = {self.value:.{digits}g} [{self.low:.{digits}g}, {self.high:.{digits}g}]{unit}"
+        end = " (at the end of the range in which it was looked for)" if self.at_end else ""
+        return f"{self.name} = {self.value:.{digits}g} [{self.low:.{digits}g}, {self.high:.{digits}g}]{unit}{end}"
 
 
 @dataclass

@@ -265,6 +265,20 @@ def test_what_stops_looking_answers_with_the_best_so_far(tmp_path, native):
 
 
 @pytest.mark.slow
+def test_an_event_may_add_several_times_what_its_place_varies_by(tmp_path, native, rng):
+    """An open window takes more than what a loop's heater varies by; it was told as three times that, with an interval beside the truth."""
+    rig, added = hidden.rig(tmp_path, native("relaxation")), rng.uniform(1.7, 2.2)
+    opened = lambda t, x: hidden.LOSS * added if 8.0 <= t < 14.0 else 0.0
+    for log, heat in (("log.csv", opened), ("test.csv", lambda t, x: 0.0)):
+        held = hidden.stairs(rng, 400, -0.5, 0.5)
+        hidden.body(rng, 400, heat, held=held).to_csv(tmp_path / log, index=False)
+    result = name(rig, [tmp_path / "log.csv"], [tmp_path / "test.csv"], out=None, kinds=["event"])
+    (cause,) = result.causes
+    (amount,) = (n for n in cause.numbers if n.name == "a")
+    assert cause.kind == "event" and amount.value == pytest.approx(added, rel=0.02) and not amount.at_end, cause
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(("at", "fitted"), [("the base", 0), ("first look", 0), ("best so far", 1)])
 def test_whenever_time_is_up_there_is_an_answer(tmp_path, native, monkeypatch, at, fitted):
     """Where a step of the search took longer than the rest of its time, all of it ended without a word of what was found."""

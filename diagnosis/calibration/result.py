@@ -48,7 +48,7 @@ class FittedNumber:
                 "Some FMUs take it from another parameter"
             )
             return
-        if self.at_bound:
+        if self.at_bound and self.error is not None:  # of what nothing tells a fit may end anywhere
             end = self.range[0] if self.at_bound == "lowest" else self.range[1]
             yield f"{self.name} is at the {self.at_bound} value of its range, {end:.6g}: the range, or the model, may be wrong"
         if not self.determined:
@@ -98,6 +98,10 @@ class ChannelError:
         error = self.error
         if error is None or not self.lacking or error <= RULES.judge.excess * self.noise:
             return []
+        if self.spread <= RULES.judge.excess * self.noise:  # a level within one step of what was written
+            return [
+                f"{self.name} stands still in what was measured, and in the model moves by {error:.2g}: less than its steps nobody sees"
+            ]
         if error > self.spread:
             return [
                 f"{self.name} is off by more than what was measured of it varies: look at its column's unit and sign, and at what drives it"

@@ -283,7 +283,7 @@ def _numbers(
                 high=n.at(high),
                 error=None if loose[j] else error * n.slope(place),
                 determined=bool(not loose[j] and min(high, 1.0) - max(low, 0.0) < rules.undetermined),
-                at_bound="" if loose[j] else at_bound,
+                at_bound=at_bound,
                 collinear_with=alike.get(n.name, []),
             )
         )

@@ -10,9 +10,26 @@ from ..rules import RULES
 from . import guesses as g
 from .guesses import CURVE
 
+NORMAL = 1.96
+"""Standard errors on each side of an interval of 95 %."""
+
 if TYPE_CHECKING:
     from .contest import Contest
     from .round import Rivalled
+
+
+def begins_low(rival: Rivalled) -> bool:
+    """Whether an overflow's limit is not told from the lowest that its variable goes to: all goes on there, and nothing overflows.
+
+    Two laws in proportion, one at each place, are then what was fitted: of a product of both they make up most.
+    """
+    level = next((n.name for n in rival.guess.numbers if n.name.endswith(".l")), "")
+    free = [n.name for n in rival.problem.free]
+    if rival.guess.law != "overflow" or level not in free:
+        return False
+    j, every = free.index(level), np.ones(len(rival.block), bool)
+    error = float(np.sqrt(max(rival.candidate.fitted.covariance(every, rival.block)[j, j], 0.0)))
+    return bool(rival.end.places[j] < NORMAL * error)
 
 
 def takes_most(contest: Contest, curve: Rivalled | None) -> float:

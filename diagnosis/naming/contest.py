@@ -25,7 +25,7 @@ from ..search.screen import Direction
 from . import guesses as g
 from .afresh import LATE_OR_BENT, afresh, elsewhere
 from .arranged import Arranged, determined, lasting, over_noise
-from .bent import bent, from_brims, takes_most
+from .bent import begins_low, bent, from_brims, takes_most
 from .chosen import again, chosen, fewest_first
 from .extended import Extended, Extending
 from .guesses import CURVE, Guess
@@ -490,6 +490,8 @@ class Contest:
                 c.doubt = "chance finds as much"
             elif c.drop < rules.relevant:
                 c.doubt = f"it lowers the error of no output by {100 * rules.relevant:.0f} %"
+            elif begins_low(rival):
+                c.doubt = "it overflows from the lowest value on: that is no limit"
         outcome.curve = curve_of(fitted, outcome.chance_level, self._far, self.scene.parts)
         believe(outcome, self._far)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from selflock.diagnosis.calibration.result import ChannelError
+from selflock.diagnosis.calibration.result import ChannelError, FittedNumber
 from selflock.diagnosis.residuals.noise import of_samples
 from selflock.diagnosis.rules import RULES
 
@@ -40,3 +40,19 @@ def test_what_is_left_speaks_against_the_numbers(left, said):
     """A car in steps of a row left 2.9 times the noise, its drag beside the truth by four intervals, and nothing was doubtful."""
     doubts = ChannelError("y", "", 5.0, 0.1 * left, 0.1, 9.0, 2000, 5.0, 0.1 * left, 2000).sentences()
     assert len(doubts) == bool(said) and all(said in doubt for doubt in doubts)
+
+
+def test_a_level_within_one_step_of_what_was_written_is_no_wrong_unit():
+    """A battery at rest, its charge written in 0.1 %: the model's falls by a tenth of that, and every row has the same number."""
+    (doubt,) = ChannelError("soc", "", 0.16, 9e-5, 3.5e-7, 1e-9, 3000, 0.16, 9e-5, 1000).sentences()
+    assert "stands still" in doubt and "unit" not in doubt
+
+
+@pytest.mark.parametrize("error", [None, 0.01])
+def test_where_a_number_that_nothing_tells_ends_is_shown_and_is_no_doubt_of_its_range(error):
+    loose = FittedNumber(
+        "k", "k", 0.3, 0.05, 0.3, error, 0.12, (0.05, 0.3), "", "", determined=error is not None, at_bound="highest"
+    )
+    said = " ".join(loose.sentences())
+    assert ("the highest value of its range" in said) == (error is not None)
+    assert ("not determined" in said) == (error is None)

@@ -76,7 +76,7 @@ def elsewhere(looks: Looks, best: Rivalled, known: Collection[str] = ()) -> list
         guess = replace(best.guess, label=g.words("event", added), inserts=(moved,), numbers=numbers)
         if guess.label in known:
             continue
-        trial, step = looks.trial(guess), RULES.naming.unit * most
+        trial, step = looks.trial(guess), RULES.naming.unit * scene.spread(place)
         misfit = trial.misfit(np.array([n.place((values | {a.name: step})[n.name]) for n in trial.free]))
         if misfit is None:
             continue

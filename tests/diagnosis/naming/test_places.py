@@ -17,6 +17,7 @@ from selflock.diagnosis.naming.guesses import EVENT, PATH, Guess, number, paths,
 from selflock.diagnosis.naming.places import IN, OUT, READ, Insert, Place, ahead, extended, of_system, quantities
 from selflock.diagnosis.naming.rounding import between, stepped
 from selflock.diagnosis.naming.scene import Scene, one_to_one, order
+from selflock.diagnosis.rules import RULES
 from selflock.diagnosis.systems.parts import Parts
 from selflock.fmus.correction import law
 
@@ -332,6 +333,6 @@ def test_an_event_is_looked_at_elsewhere_from_the_numbers_that_fit_beside_it(rng
     trial = lambda guess: model((rate, *guess.numbers), guess.place.variable[-1])
     looks = SimpleNamespace(problem=model((rate,)), scene=scene, inserts=(), trial=trial)
     (guess, start), (other, _) = elsewhere(looks, best)
-    assert (guess.label, other.label) == ("event on body.b", "event on body.c") and guess.numbers[0].high == 3.0
+    assert (guess.label, other.label) == ("event on body.b", "event on body.c") and guess.numbers[0].high == RULES.naming.reach**2
     assert [one.label for one, _ in elsewhere(looks, best, {"event on body.b"})] == ["event on body.c"]
     assert start == {"rate": pytest.approx(1.2, abs=0.01), "c.a": pytest.approx(0.5, abs=0.02), "c.since": 8.0, "c.until": 16.0}

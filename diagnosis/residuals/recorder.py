@@ -221,7 +221,7 @@ def step_of(x: np.ndarray, least: float) -> float:
 
     Of values in steps of q the mean of exp(2 pi i x / q) is as long as noise and a finer rounding leave it: the coarsest
     step at which it is long is taken. Few of them may be where a signal stays, and not where it can be: of few it is asked of the rows
-    in which it goes on to another.
+    in which it goes on to another. Of one that mostly rests it is long at any step: the coarsest that those rows say is taken then.
     """
     rules, reach = RULES.residuals, float(np.ptp(x))
     if reach <= 0.0 or least <= 0.0:
@@ -233,15 +233,20 @@ def step_of(x: np.ndarray, least: float) -> float:
     frequency = np.fft.rfftfreq(size, fine)
     asked = (frequency > rules.step_fewest / reach) & (frequency < 1.0 / (rules.step_above * least))
     found = np.flatnonzero(asked & (like > rules.step_like))
-    if not len(found):
-        return 0.0
-    first = found[0]
-    near = first + int(np.argmax(like[first : first + np.searchsorted(frequency[first:], rules.step_lobes * frequency[first])]))
-    closer = np.linspace(frequency[near - 1], frequency[near + 1], rules.step_closer)
     there = np.flatnonzero(counts)  # of two hundred thousand places no more than there are rows
     often, places = counts[there], there * fine
-    step = float(1.0 / closer[int(np.argmax([abs(often @ np.exp(2j * np.pi * f * places)) for f in closer]))])
-    return step if reach >= rules.step_most * step or _goes_by(x, step) else 0.0
+    first, coarsest = int(found[0]) if len(found) else 0, True
+    while first:
+        end = first + int(np.searchsorted(frequency[first:], rules.step_lobes * frequency[first]))
+        near = first + int(np.argmax(like[first:end]))
+        closer = np.linspace(frequency[near - 1], frequency[min(near + 1, len(frequency) - 1)], rules.step_closer)
+        step = float(1.0 / closer[int(np.argmax([abs(often @ np.exp(2j * np.pi * f * places)) for f in closer]))])
+        if (coarsest and reach >= rules.step_most * step) or _goes_by(x, step):
+            return step
+        beyond = found[found >= end]
+        crests = beyond[(like[beyond] >= like[beyond - 1]) & (like[beyond] > like[np.minimum(beyond + 1, len(like) - 1)])]
+        first, coarsest = int(crests[0]) if len(crests) else 0, False
+    return 0.0
 
 
 def _goes_by(x: np.ndarray, step: float) -> bool:

@@ -10,7 +10,7 @@ from selflock.diagnosis.data.log import MeasuredRun
 from selflock.diagnosis.data.rig import LogColumn, Rig
 from selflock.diagnosis.data.values import resolution
 from selflock.diagnosis.residuals.drive_experiment import DriveExperiment
-from selflock.diagnosis.residuals.recorder import counts
+from selflock.diagnosis.residuals.recorder import counts, step_of
 
 from .test_row_by_row import DRIVE
 
@@ -108,6 +108,17 @@ def test_a_run_that_passes_over_every_other_count_has_the_encoder_of_the_others(
     for run in (0, 1):
         assert counts("reducer.input_angle", bench.channels[run, ""])[0] == pytest.approx(count, rel=1e-6)
         assert counts("reducer.input_speed", bench.channels[run, ""]) == (pytest.approx(count, rel=1e-6), rows)
+
+
+@pytest.mark.parametrize("coarse", [True, False], ids=["in steps", "in none"])
+def test_the_steps_of_a_current_that_mostly_rests_are_told_by_where_it_moves(rng, coarse):
+    """At rest it has one value in row after row, which lies in steps of any size: the coarsest was asked of those that move, and no other."""
+    time, step = np.linspace(0.0, 20.0, 12000), rng.uniform(1.0, 1.3)
+    waves = 5.0 * np.sin(2.0 * np.pi * rng.uniform(0.3, 0.6) * time + rng.uniform(0.0, 6.0)) + 0.6 * np.sin(17.0 * time)
+    x = np.where((time // 2.0) % 2.0 < 1.0, 0.0, waves)
+    read = lambda x: np.round((x + 0.1 * rng.standard_normal(len(x))) / 0.01) * 0.01
+    found = step_of(read(step * np.round(x / step) if coarse else x), 0.01)
+    assert found == (pytest.approx(step, rel=0.01) if coarse else 0.0)
 
 
 def test_rows_whose_difference_goes_over_lost_rows(rng):

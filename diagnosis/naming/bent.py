@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from statistics import NormalDist
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,9 +10,6 @@ import numpy as np
 from ..rules import RULES
 from . import guesses as g
 from .guesses import CURVE
-
-NORMAL = 1.96
-"""Standard errors on each side of an interval of 95 %."""
 
 if TYPE_CHECKING:
     from .contest import Contest
@@ -29,7 +27,7 @@ def begins_low(rival: Rivalled) -> bool:
         return False
     j, every = free.index(level), np.ones(len(rival.block), bool)
     error = float(np.sqrt(max(rival.candidate.fitted.covariance(every, rival.block)[j, j], 0.0)))
-    return bool(rival.end.places[j] < NORMAL * error)
+    return bool(rival.end.places[j] < NormalDist().inv_cdf(RULES.judge.interval[1]) * error)
 
 
 def takes_most(contest: Contest, curve: Rivalled | None) -> float:

@@ -13,7 +13,7 @@ from selflock.diagnosis.naming import bent as bent_module
 from selflock.diagnosis.naming import contest as contest_module
 from selflock.diagnosis.naming import whole
 from selflock.diagnosis.naming.asked import beyond_steps
-from selflock.diagnosis.naming.bent import from_brims
+from selflock.diagnosis.naming.bent import begins_low, from_brims
 from selflock.diagnosis.naming.contest import Contest
 from selflock.diagnosis.naming.guesses import CURVE, LAW, number
 from selflock.diagnosis.naming.order import leading
@@ -303,3 +303,15 @@ def test_where_and_of_what_something_is_missing_is_known_in_all_later_rounds(mon
     monkeypatch.setattr(contest_module, "in_units", lambda *_: base)
     monkeypatch.setattr(contest_module, "over_noise", lambda *_: ({"x": 1.0}, {"x": 1.0}))
     assert contest.play(None).only == ("here", "x")
+
+
+@pytest.mark.parametrize(("law", "place", "low"), [("overflow", 0.3, False), ("overflow", 0.05, True), ("limit", 0.05, False)])
+def test_an_overflow_whose_limit_is_not_told_from_the_lowest_value_is_none(law, place, low):
+    """Two laws in proportion, at a motor's voltage and its converter's, made up a loss that goes with the square of its current."""
+    numbers = [SimpleNamespace(name=f"c{end}") for end in (".a", ".l", "_on.a")]
+    fitted = SimpleNamespace(covariance=lambda rows, blocks: np.diag([1e-4, 0.03**2, 1e-4]))
+    rival = SimpleNamespace(
+        guess=SimpleNamespace(law=law, numbers=numbers), problem=SimpleNamespace(free=numbers), block=np.zeros(9),
+        end=SimpleNamespace(places=np.array([0.6, place, 0.4])), candidate=SimpleNamespace(fitted=fitted),
+    )  # fmt: skip
+    assert begins_low(rival) is low

@@ -29,6 +29,10 @@ if TYPE_CHECKING:
     from .work import Work
 
 
+TIMES = ("since", "until", "T")
+"""Numbers of laws that are times: of an event, a delay, a lag."""
+
+
 def told_of(found: Search, seed: int) -> Naming:
     work, best = found.work, found.best
     rng = np.random.default_rng(seed)
@@ -154,11 +158,11 @@ def _cause(outcome: Round, numbers: dict[str, Fitted], same: list[str], runs: Se
     guess, c = winner.guess, winner.candidate
     first = guess.inserts[0] if guess.inserts else None
     known = law.BY_NAME[first.law] if first else None
-    mine = [
-        replace(numbers[n.name], name=n.name.replace(f"{first.name}.", "") if first else n.name)
-        for n in guess.numbers
-        if not begins(n)
-    ]
+    mine = []
+    for n in guess.numbers:
+        if not begins(n):
+            name, told = n.name.replace(f"{first.name}.", "") if first else n.name, numbers[n.name]
+            mine.append(replace(told, name=name, unit=told.unit or ("s" if first and name in TIMES else "")))
     gain = 1.0 - c.errors.mean() / max(outcome.base.errors.mean(), 1e-300)
     return NamedCause(
         guess.kind,

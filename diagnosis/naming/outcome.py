@@ -197,15 +197,20 @@ class Naming:
                 yield f"    with more numbers a little less is left by: {', '.join(cause.closer)}"
         if whole := [number for number in self.numbers if not number.each_run]:
             yield f"  fitted with it: {', '.join(map(str, whole))}"
+        event = any(cause.kind == EVENT for cause in self.causes)
         for e in self.errors:
             ends = "" if e.low is None or e.high is None else f" [{e.low:.4g}, {e.high:.4g}]"
             before, after = ("failed" if size is None else f"{size:.4g}" for size in (e.before, e.after))
+            taught = ""
+            if event and e.taught_before is not None and e.taught_after is not None:  # where it was, and nowhere else
+                taught = f"; where it taught {e.taught_before:.4g} -> {e.taught_after:.4g}"
             yield (
                 f"  {e.name}, held out ({self.held_out}): {before} -> {after}{ends} {e.unit}".rstrip()
-                + f" (noise of what taught {e.noise:.2g})"
+                + f"{taught} (noise of what taught {e.noise:.2g})"
             )
         if self._remains:
-            yield "  what remains is more than noise"
+            worst, times = max(self.remainder["ratios"].items(), key=lambda one: one[1], default=("", 0.0))
+            yield f"  what remains is more than noise, most of {worst}, {times:.2g} times it"
         if self.extension:
             told = self.extension
             if "fmu" in told:

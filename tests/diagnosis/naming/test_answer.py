@@ -109,3 +109,20 @@ def test_what_leaves_less_with_more_numbers_is_told_beside_the_simplest():
     outcome = Round(None, [*ahead, winner, rival("proportional")], winner, beside=[ahead[-1]])
     assert _closer(outcome, ["drag"]) == ["Coulomb"]
     assert _closer(Round(None, [winner, *ahead], winner), []) == []
+
+
+@pytest.mark.parametrize("kind", [EVENT, LAW])
+def test_an_event_tells_its_errors_where_it_was_and_what_is_left_of_which_output(kind):
+    """A window was open in a run that taught: all errors that were told, of the run that judged, stayed as they were."""
+    times = [Fitted("since", 36975.9, 36973.7, 36978.1, unit="s")]
+    cause = NamedCause(
+        kind, "event", "event on room.heat", "room.heat", "in", "", False, "a", times, 0.3, 0.005, runs=["b3_2.csv"]
+    )
+    errors = [NamedError("ctrl.u", "", 0.0029, 0.0027, None, None, 0.002, 0.077, 0.006)]
+    effort = {"simulations": 1, "steps_per_second": 1.0, "elapsed": 1.0}
+    left = {"significant": True, "ratios": {"room.t_room": 1.1, "ctrl.u": 3.0}}
+    lines = Naming("explained", "", "", "", [], "x.csv", [cause], errors, None, left, [], [], effort).summary().splitlines()
+    (told,) = (line for line in lines if "ctrl.u, held out" in line)
+    assert ("where it taught 0.077 -> 0.006" in told) == (kind == EVENT)
+    assert "  what remains is more than noise, most of ctrl.u, 3 times it" in lines
+    assert any("since = 36975.9" in line and "] s" in line for line in lines)

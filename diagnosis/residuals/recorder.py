@@ -239,7 +239,9 @@ def step_of(x: np.ndarray, least: float) -> float:
     while first:
         end = first + int(np.searchsorted(frequency[first:], rules.step_lobes * frequency[first]))
         near = first + int(np.argmax(like[first:end]))
-        closer = np.linspace(frequency[near - 1], frequency[min(near + 1, len(frequency) - 1)], rules.step_closer)
+        while near + 2 < len(like) and like[near + 1] > like[near]:  # a crest that lies just beyond
+            near += 1
+        closer = np.linspace(frequency[near - 1], frequency[near + 1], rules.step_closer)
         step = float(1.0 / closer[int(np.argmax([abs(often @ np.exp(2j * np.pi * f * places)) for f in closer]))])
         if (coarsest and reach >= rules.step_most * step) or _goes_by(x, step):
             return step

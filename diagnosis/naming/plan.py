@@ -200,7 +200,7 @@ def plan_system(
     best = int(np.argmax([least(one) if np.isfinite(one).all() else -1.0 for one in allowed]))
     given = {one for model in models for insert in model.inserts for one in (insert.over, insert.beside)}
     heard = {name: x for name, x in inputs[best].items() if name in parts.variables or name in given}  # else nobody would notice
-    units = {name: parts.variables[name].unit for name in channels if name in parts.variables}
+    units = {name: parts.unit(name) for name in channels}
     labels = [model.label for model in models]
     return NextInputs(rig, labels, time, heard, more[best], more[-1], seed, rules.drawn_inputs, units, best == len(more) - 1)
 

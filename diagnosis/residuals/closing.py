@@ -16,11 +16,10 @@ import numpy as np
 from scipy.ndimage import binary_erosion, uniform_filter1d
 
 from ..data.rig import DUAL, LOAD, MOTOR
-from ..data.values import resolution
 from ..rules import RULES
 from . import drive, driven
 from .channels import Channels, derivative
-from .recorder import commanded, counts
+from .recorder import commanded, counts, least_step
 
 _LOADS, _MOTORS = "load.", "reducer.input_"
 
@@ -142,7 +141,7 @@ def answers_its_rows(ch: Channels) -> bool:
     Asked where the angle turns and the command is none of its limits.
     """
     command = commanded(ch)
-    if ch.steady or not command or driven.of(ch) != driven.ANGLE or not (step := resolution(ch.raw(command)[ch.good(command)])):
+    if ch.steady or not command or driven.of(ch) != driven.ANGLE or not (step := least_step(command, ch)):
         return False
     law = drive.law("controller", {}, ch)
     name = "reducer.input_angle" if _at_motor(ch) else "load.angle"

@@ -26,9 +26,17 @@ def counts(name: str, ch: Channels) -> tuple[float, int]:
         if name in ANGLE_OF:
             ch.memory[key] = _together(name, ch) or _alone(name, ch)
         else:
-            own = resolution(ch.raw(name)[ch.good(name)])
-            ch.memory[key] = _finest(name, [replace(ch, run=run, take=None) for run in ch.beside], own), 0
+            beside = [replace(ch, run=run, take=None) for run in ch.beside]
+            ch.memory[key] = _finest(name, beside, least_step(name, ch)), 0
     return ch.memory[key]
+
+
+def least_step(name: str, ch: Channels) -> float:
+    """The least step between the values of a run's channel, which every simulation of a controller in steps asks for."""
+    known, full = ch.run.memory.setdefault("least step", {}), ch.prefix + name
+    if full not in known:
+        known[full] = resolution(ch.raw(name)[ch.good(name)])
+    return known[full]
 
 
 def _finest(name: str, runs: list[Channels], own: float) -> float:
@@ -36,7 +44,7 @@ def _finest(name: str, runs: list[Channels], own: float) -> float:
 
     Else `own`: of values that lie anywhere the least step says little, and that of another run nothing.
     """
-    steps = [resolution(ch.raw(name)[ch.good(name)]) for ch in runs if ch.has(name)]
+    steps = [least_step(name, ch) for ch in runs if ch.has(name)]
     least = min(steps, default=0.0)
     return least if least > 0.0 and all(abs(s / least - round(s / least)) < RULES.residuals.on_a_count for s in steps) else own
 
@@ -67,7 +75,7 @@ def _difference(name: str, runs: list[Channels]) -> tuple[float, int]:
         else SpeedRows(ch.raw(name), ch.good(name), ch.run.time)
         for ch in runs
     ]
-    own = [resolution(ch.raw(angle)[ch.good(angle)]) for ch in runs if ch.has(angle)]
+    own = [least_step(angle, ch) for ch in runs if ch.has(angle)]
     return difference(told, _finest(angle, runs, float(np.median(own)) if own else 0.0))
 
 
@@ -200,8 +208,7 @@ def lies_in(name: str, ch: Channels) -> tuple[float, ...]:
     """The step in which a channel's values lie, and another that they lie in as well; none above their own resolution. See steps_of."""
     known, full = ch.run.memory.setdefault("lies in", {}), ch.prefix + name
     if full not in known:
-        x = ch.raw(name)[ch.good(name)]
-        known[full] = steps_of(x, resolution(x))
+        known[full] = steps_of(ch.raw(name)[ch.good(name)], least_step(name, ch))
     return known[full]
 
 

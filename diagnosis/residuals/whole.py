@@ -26,7 +26,6 @@ from selflock.fmus.motor.effects.supply_sag import supplied
 
 from ..data.rig import DUAL, LOAD, MOTOR, Rig
 from ..data.signals import ANGLE_OF
-from ..data.values import resolution
 from ..errors import DataError
 from ..rules import RULES
 from . import drive, driven, free_law, laws, memory
@@ -36,7 +35,7 @@ from .compare import Compared
 from .forward import ROWS, stable
 from .grid import Grid, ahead, grid, refined, stamps
 from .messages import age, period, told
-from .recorder import commanded, counts, over_lost_rows, ticks
+from .recorder import commanded, counts, least_step, over_lost_rows, ticks
 from .set_points import about
 
 SUPPLY, DUTY = "supply", "duty"
@@ -239,7 +238,7 @@ def _stepped(values: dict, period: float, ch: Channels, by_rows: bool) -> np.nda
     gears = ch.setting.value("reducer.gear_ratio", values) if angle.startswith("reducer") else 1.0
     found[:2] = counts(angle, ch)[0] / gears if ch.has(angle) else 0.0, zero
     found[2] = found[2] or (period if makes_its_speed(ch) else 0.0)
-    found[3] = resolution(ch.raw(command)[ch.good(command)]) if command else 0.0
+    found[3] = least_step(command, ch) if command else 0.0
     return found
 
 
